@@ -1,0 +1,1 @@
+//! Deviations, spectra and the joint estimate of noise parameters.

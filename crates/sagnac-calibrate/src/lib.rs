@@ -1,0 +1,1 @@
+//! Calibration of inertial sensors from stations, hand-turned logs and temperature sweeps.

@@ -1,0 +1,3 @@
+//! The `sagnac` command.
+
+fn main() {}

@@ -1,0 +1,2 @@
+//! The inertial measurement model and its inverse, without std and without heap.
+#![no_std]

@@ -1,0 +1,1 @@
+//! Readers and writers of inertial logs, and their health.

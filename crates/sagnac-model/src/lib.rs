@@ -1,0 +1,1 @@
+//! Sensor model files, quantities with units as text, the sensor catalogue and exporters.

@@ -1,0 +1,1 @@
+//! Earth, trajectories, strapdown, error covariance, Monte Carlo, grades and budgets.

@@ -1,0 +1,1 @@
+//! Text, SVG and HTML results of sagnac.

@@ -1,0 +1,1 @@
+//! Inertial sensors understood: simulate, characterize, calibrate, correct, grade, drift.
