@@ -1,3 +1,29 @@
-//! The `sagnac` command.
+//! The `sagnac` command: arguments in, one façade task, results out.
 
-fn main() {}
+mod args;
+mod commands;
+mod context;
+mod outputs;
+mod progress;
+
+use std::process::ExitCode;
+
+use args::Cli;
+use clap::Parser as _;
+use context::Context;
+
+fn main() -> ExitCode {
+    outputs::remove_unfinished_when_interrupted();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return args::explain(&error),
+    };
+    let context = match Context::new(&cli.common) {
+        Ok(context) => context,
+        Err(error) => return context::fail(&error, None),
+    };
+    match commands::run(cli.command, &context) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => context::fail(&error, Some(&context)),
+    }
+}

@@ -1,1 +1,18 @@
 //! Inertial sensors understood: simulate, characterize, calibrate, correct, grade, drift.
+//!
+//! One plain `Request -> Outcome` function per task, in a module of the task's name. An outcome
+//! knows its text ([`terminal`](sagnac_report::text)) and its JSON. Nothing here touches files by name,
+//! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
+
+mod error;
+
+pub use error::{Error, Kind};
+
+pub use sagnac_analysis as analysis;
+pub use sagnac_calibrate as calibrate;
+pub use sagnac_core as core;
+pub use sagnac_log as log;
+pub use sagnac_model as model;
+pub use sagnac_nav as nav;
+pub use sagnac_noise as noise;
+pub use sagnac_report as report;

@@ -1,0 +1,29 @@
+//! One file per command; each is thin: build the request, call the façade, print the outcome.
+
+mod completions;
+
+use clap::{CommandFactory as _, Subcommand};
+use sagnac::Error;
+
+use crate::args::Cli;
+use crate::context::Context;
+
+/// The commands, each with its own arguments.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    Completions(completions::Args),
+}
+
+/// Runs one command.
+pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
+    match command {
+        Command::Completions(args) => completions::run(&args, context),
+    }
+}
+
+/// Whether `word` names a command.
+pub(crate) fn is_command(word: &str) -> bool {
+    Cli::command()
+        .get_subcommands()
+        .any(|command| command.get_name() == word)
+}

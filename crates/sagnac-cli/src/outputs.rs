@@ -1,0 +1,183 @@
+//! Files that appear whole or not at all.
+//!
+//! A command claims every output before it works (what exists is refused without `--force`), writes to
+//! temporary files beside them, and names them all at the end.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use sagnac::Error;
+use tempfile::NamedTempFile;
+
+use crate::context::plain;
+
+/// Temporary files to remove when the program is interrupted.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes temporary files on Ctrl-C, then ends with the shell's code for it.
+pub(crate) fn remove_unfinished_when_interrupted() {
+    // Without the handler an interrupt leaves a hidden temporary file; the program works all the same.
+    let _ = ctrlc::set_handler(|| {
+        if INTERRUPT_ENDS_INPUT.load(std::sync::atomic::Ordering::SeqCst) {
+            INTERRUPTED.store(true, std::sync::atomic::Ordering::SeqCst);
+            return;
+        }
+        if let Ok(paths) = UNFINISHED.lock() {
+            for path in paths.iter() {
+                let _ = fs::remove_file(path);
+            }
+        }
+        std::process::exit(130);
+    });
+}
+
+/// Set by a command (`characterize --follow`) for which an interrupt means: that was the end of the input.
+pub(crate) static INTERRUPT_ENDS_INPUT: std::sync::atomic::AtomicBool =
+    std::sync::atomic::AtomicBool::new(false);
+/// Whether such an interrupt came.
+pub(crate) static INTERRUPTED: std::sync::atomic::AtomicBool =
+    std::sync::atomic::AtomicBool::new(false);
+
+/// One claimed output.
+pub(crate) struct Output {
+    path: PathBuf,
+    target: Target,
+}
+
+enum Target {
+    /// A new or replaced regular file, still under its temporary name.
+    Temporary(BufWriter<NamedTempFile>),
+    /// A device, pipe or terminal that cannot be replaced.
+    Direct(BufWriter<File>),
+}
+
+impl Output {
+    /// Claims `path`; `option` is named where it is refused.
+    pub(crate) fn claim(path: &Path, option: &str, force: bool) -> Result<Self, Error> {
+        let name = path.display();
+        let refuse = |what: String| Error::usage(what).at(option.to_owned());
+        let metadata = fs::metadata(path).ok();
+        if metadata.as_ref().is_some_and(fs::Metadata::is_dir) {
+            return Err(refuse(format!("{name} is a folder")).advise(format!(
+                "name a file in it, for instance {}",
+                path.join("out").display()
+            )));
+        }
+        if metadata.as_ref().is_some_and(|m| !m.is_file()) {
+            let file = File::options()
+                .write(true)
+                .open(path)
+                .map_err(|e| cannot(path, &e))?;
+            return Ok(Self {
+                path: path.to_owned(),
+                target: Target::Direct(BufWriter::with_capacity(1 << 20, file)),
+            });
+        }
+        if metadata.is_some() && !force {
+            return Err(
+                refuse(format!("{name} exists")).advise("choose another name or add --force")
+            );
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        if !folder.is_dir() {
+            return Err(refuse(format!("the folder of {name} does not exist"))
+                .advise(format!("make it: mkdir -p {}", folder.display())));
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".sagnac-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder).map_err(|e| cannot(path, &e))?;
+        if let Ok(mut paths) = UNFINISHED.lock() {
+            paths.push(file.path().to_owned());
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            target: Target::Temporary(BufWriter::with_capacity(1 << 20, file)),
+        })
+    }
+
+    /// The name as it will be printed.
+    pub(crate) fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// The path that was claimed.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes all of `bytes`.
+    pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.write_all(bytes).map_err(|e| cannot(&self.path, &e))
+    }
+
+    /// Gives the file its name. Call for all outputs only when all are complete.
+    pub(crate) fn publish(self) -> Result<String, Error> {
+        let Self { path, target } = self;
+        match target {
+            Target::Temporary(writer) => {
+                let file = writer.into_inner().map_err(|e| cannot(&path, e.error()))?;
+                let temporary = file.path().to_owned();
+                file.persist(&path).map_err(|e| cannot(&path, &e.error))?;
+                if let Ok(mut paths) = UNFINISHED.lock() {
+                    paths.retain(|other| *other != temporary);
+                }
+            }
+            Target::Direct(mut writer) => writer.flush().map_err(|e| cannot(&path, &e))?,
+        }
+        Ok(path.display().to_string())
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.target {
+            Target::Temporary(writer) => writer.write(bytes),
+            Target::Direct(writer) => writer.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.target {
+            Target::Temporary(writer) => writer.flush(),
+            Target::Direct(writer) => writer.flush(),
+        }
+    }
+}
+
+impl Seek for Output {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        match &mut self.target {
+            Target::Temporary(writer) => writer.seek(to),
+            Target::Direct(writer) => writer.seek(to),
+        }
+    }
+}
+
+/// Names all outputs at once, after flushing every one, so that a full disk leaves none behind.
+pub(crate) fn publish_all(outputs: Vec<Output>) -> Result<Vec<String>, Error> {
+    let mut outputs = outputs;
+    for output in &mut outputs {
+        output.flush().map_err(|e| cannot(&output.path, &e))?;
+    }
+    outputs.into_iter().map(Output::publish).collect()
+}
+
+/// The error of a file that cannot be written.
+pub(crate) fn cannot(path: &Path, error: &io::Error) -> Error {
+    Error::data(format!(
+        "{} cannot be written: {}",
+        path.display(),
+        plain(error)
+    ))
+    .advise("nothing was written; choose another place or free some room")
+}

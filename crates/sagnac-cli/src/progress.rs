@@ -1,0 +1,56 @@
+//! Progress on standard error: after one second, at most ten times a second, erased when done.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::time::Instant;
+
+/// A bar (total known) or a counter (not known) of one piece of work.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    shown: bool,
+    wanted: bool,
+    started: Instant,
+}
+
+impl Progress {
+    pub(crate) fn new(label: &str, total: Option<u64>, wanted: bool, utf8: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(total, ProgressDrawTarget::hidden());
+        let template = if total.is_some() {
+            "{msg:36!} {percent:>3} %  {bar:26}  {eta} left"
+        } else {
+            "{msg:36!} {human_pos}, {per_sec}"
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars(if utf8 { "━━─" } else { "##-" }));
+        }
+        bar.set_message(label.to_owned());
+        Self {
+            bar,
+            shown: false,
+            wanted,
+            started: Instant::now(),
+        }
+    }
+
+    /// Says how far the work is, in the unit of `total`.
+    pub(crate) fn set(&mut self, done: u64) {
+        if self.wanted && !self.shown && self.started.elapsed() > Duration::from_secs(1) {
+            self.bar
+                .set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+            self.shown = true;
+        }
+        self.bar.set_position(done);
+    }
+
+    /// Changes the words beside the bar.
+    pub(crate) fn say(&mut self, label: &str) {
+        self.bar.set_message(label.to_owned());
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
