@@ -1,0 +1,133 @@
+//! What can go wrong with a log: one sentence, where it is, and what to do about it.
+
+use std::io;
+
+/// An error of reading, mapping or writing a log.
+///
+/// `Display` is the sentence (lower case, no full stop); [`Error::place`] says where and [`Error::advice`] what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Something in the data is wrong: the caller exits with 1.
+    #[error("{what}")]
+    Data {
+        /// The sentence.
+        what: String,
+        /// Where: file, line, column.
+        place: Option<String>,
+        /// What to do, with an example.
+        advice: Option<String>,
+    },
+    /// Something in the request is wrong (an option's text): the caller exits with 2.
+    #[error("{what}")]
+    Usage {
+        /// The sentence.
+        what: String,
+        /// Where: the option's text.
+        place: Option<String>,
+        /// What to do, with an example.
+        advice: Option<String>,
+    },
+    /// The operating system refused to read or write.
+    #[error("{doing}: {source}")]
+    Io {
+        /// What was being done ("cannot read the log").
+        doing: &'static str,
+        /// Where: the label of the source.
+        place: Option<String>,
+        /// The reason.
+        source: io::Error,
+    },
+}
+
+impl Error {
+    /// An error in the data.
+    pub fn data(what: impl Into<String>) -> Self {
+        Self::Data {
+            what: what.into(),
+            place: None,
+            advice: None,
+        }
+    }
+
+    /// An error in the request.
+    pub fn usage(what: impl Into<String>) -> Self {
+        Self::Usage {
+            what: what.into(),
+            place: None,
+            advice: None,
+        }
+    }
+
+    /// An error of the operating system while reading.
+    pub fn read(source: io::Error) -> Self {
+        Self::Io {
+            doing: "the log cannot be read",
+            place: None,
+            source,
+        }
+    }
+
+    /// An error of the operating system while writing.
+    pub fn write(source: io::Error) -> Self {
+        Self::Io {
+            doing: "the log cannot be written",
+            place: None,
+            source,
+        }
+    }
+
+    /// The same error with its place.
+    #[must_use]
+    pub fn at(mut self, text: impl Into<String>) -> Self {
+        match &mut self {
+            Self::Data { place, .. } | Self::Usage { place, .. } | Self::Io { place, .. } => {
+                *place = Some(text.into());
+            }
+        }
+        self
+    }
+
+    /// The same error with `label` before its place.
+    #[must_use]
+    pub fn in_source(mut self, label: &str) -> Self {
+        if let Self::Data { place, .. } | Self::Io { place, .. } = &mut self {
+            *place = Some(match place.take() {
+                Some(inner) if inner.starts_with(label) => inner,
+                Some(inner) => format!("{label}, {inner}"),
+                None => label.to_owned(),
+            });
+        }
+        self
+    }
+
+    /// The same error with advice.
+    #[must_use]
+    pub fn advise(mut self, text: impl Into<String>) -> Self {
+        if let Self::Data { advice, .. } | Self::Usage { advice, .. } = &mut self {
+            *advice = Some(text.into());
+        }
+        self
+    }
+
+    /// Where the error is, if known.
+    pub fn place(&self) -> Option<String> {
+        match self {
+            Self::Data { place, .. } | Self::Usage { place, .. } | Self::Io { place, .. } => {
+                place.clone()
+            }
+        }
+    }
+
+    /// What to do, if known.
+    pub fn advice(&self) -> Option<String> {
+        match self {
+            Self::Data { advice, .. } | Self::Usage { advice, .. } => advice.clone(),
+            Self::Io { .. } => None,
+        }
+    }
+
+    /// True where the request is at fault and not the data.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Self::Usage { .. })
+    }
+}

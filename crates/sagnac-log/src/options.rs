@@ -1,0 +1,20 @@
+//! How a log is to be read: the options that every command shares.
+
+/// The options `--columns --rate --topic --start --end --axes`, as the user wrote them or already as numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReadOptions {
+    /// `--columns 'time=0:us, gyro=4,5,6:deg/s'`.
+    pub columns: Option<String>,
+    /// `--rate`, in Hz. Overrides the stamps.
+    pub rate_hz: Option<f64>,
+    /// `--topic`.
+    pub topic: Option<String>,
+    /// `--start`, seconds from the first sample.
+    pub start_s: Option<f64>,
+    /// `--end`, seconds from the first sample.
+    pub end_s: Option<f64>,
+    /// `--axes 'x=-y, y=x, z=z'`.
+    pub axes: Option<String>,
+    /// Threads that may parse at once; 0: as many as the machine has.
+    pub threads: usize,
+}
