@@ -1,3 +1,97 @@
-//! Project tasks: `cargo xtask test` and friends.
+//! Project tasks: `cargo xtask test` runs everything that a change must pass.
 
-fn main() {}
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a command for developers"
+)]
+
+mod python;
+mod steps;
+mod tidy;
+
+use std::process::ExitCode;
+
+use steps::Steps;
+
+const USAGE: &str = "\
+cargo xtask TASK
+
+  test      everything a change must pass; installs what the tests need
+  tidy      the rules on files alone
+  python    the cross-checks against independent Python implementations
+";
+
+fn main() -> ExitCode {
+    let task = std::env::args().nth(1).unwrap_or_default();
+    let mut steps = Steps::default();
+    match task.as_str() {
+        "test" => test(&mut steps),
+        "tidy" => steps.run("tidy", tidy::run),
+        "python" => steps.run("python cross-checks", python::run),
+        _ => {
+            eprint!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    }
+    steps.finish()
+}
+
+/// The whole gate, cheap steps first.
+fn test(steps: &mut Steps) {
+    steps.run("tidy", tidy::run);
+    steps.cargo("formatting", &["fmt", "--all", "--check"]);
+    steps.cargo(
+        "lints",
+        &[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--quiet",
+            "--",
+            "-D",
+            "warnings",
+        ],
+    );
+    steps.run("licences, bans and sources of dependencies", deny);
+    steps.cargo(
+        "tests",
+        &[
+            "test",
+            "--workspace",
+            "--lib",
+            "--bins",
+            "--tests",
+            "--quiet",
+        ],
+    );
+    steps.cargo(
+        "documentation tests",
+        &["test", "--workspace", "--doc", "--quiet"],
+    );
+    steps.cargo_with(
+        "documentation",
+        &["doc", "--workspace", "--no-deps", "--quiet"],
+        &[("RUSTDOCFLAGS", "-D warnings")],
+    );
+    steps.cargo("release build", &["build", "--release", "--quiet"]);
+    steps.run("python cross-checks", python::run);
+}
+
+fn deny() -> Result<(), String> {
+    if !steps::exists("cargo-deny") {
+        steps::command("cargo", &["install", "cargo-deny", "--locked", "--quiet"])?;
+    }
+    steps::command(
+        "cargo",
+        &[
+            "deny",
+            "--log-level",
+            "error",
+            "check",
+            "bans",
+            "licenses",
+            "sources",
+        ],
+    )
+}
