@@ -1,1 +1,3 @@
 //! Deviations, spectra and the joint estimate of noise parameters.
+
+pub mod fit;
