@@ -1,0 +1,54 @@
+//! First-order Gauss–Markov process: S(f) = 2σ²T_c/(1 + (2πf T_c)²), `[IEEE952]` annex C.
+//!
+//! With h = dt/T_c, φ = e^−h the interval means have c₀ = 2(h − 1 + φ)/h², c₁ = ((1 − φ)/h)² and
+//! the covariance σ²c₀ at lag 0, σ²c₁φ^(m−1) at lag m.
+
+use core::f64::consts::PI;
+
+use crate::math::{bridged_variance, mean_decay, mean_of_mean_decay, sin2_pi};
+
+/// Gauss–Markov process of standard deviation σ (rad/s, or m/s²) and correlation time T_c.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GaussMarkov {
+    /// σ, standard deviation of the process itself (not of its interval means).
+    pub sigma: f64,
+    /// T_c, correlation time, s; must be positive where σ is not 0.
+    pub correlation_time_s: f64,
+}
+
+impl GaussMarkov {
+    /// Two-sided PSD of interval means at `frequency_hz`, averaging and aliasing included:
+    /// σ² dt [c₀ + 2c₁(cos 2πu − φ)/((1 − φ)² + 4φ sin²πu)], u = f·dt.
+    pub fn psd(&self, frequency_hz: f64, dt_s: f64) -> f64 {
+        if self.sigma == 0.0 {
+            return 0.0;
+        }
+        let h = dt_s / self.correlation_time_s;
+        let phi = libm::exp(-h);
+        let one_minus_phi = -libm::expm1(-h);
+        let s2 = sin2_pi(frequency_hz * dt_s);
+        let c1 = mean_decay(h) * mean_decay(h);
+        let c0 = 2.0 * mean_of_mean_decay(h);
+        self.sigma
+            * self.sigma
+            * dt_s
+            * (c0
+                + 2.0 * c1 * (one_minus_phi - 2.0 * s2)
+                    / (one_minus_phi * one_minus_phi + 4.0 * phi * s2))
+    }
+
+    /// PSD 2σ²T_c/(1 + (2πf T_c)²) of the process before averaging.
+    pub fn process_psd(&self, frequency_hz: f64) -> f64 {
+        let x = 2.0 * PI * frequency_hz * self.correlation_time_s;
+        2.0 * self.sigma * self.sigma * self.correlation_time_s / (1.0 + x * x)
+    }
+
+    /// Allan variance (2σ²T_c/τ)[1 − (T_c/2τ)(3 − 4e^(−τ/T_c) + e^(−2τ/T_c))], exact for interval
+    /// means at every τ = m·dt.
+    pub fn allan_variance(&self, tau_s: f64) -> f64 {
+        if self.sigma == 0.0 {
+            return 0.0;
+        }
+        self.sigma * self.sigma * bridged_variance(tau_s / self.correlation_time_s)
+    }
+}
