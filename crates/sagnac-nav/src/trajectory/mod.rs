@@ -55,7 +55,9 @@ impl Start {
                 expected,
             })
         };
-        if !(self.latitude_rad.abs() <= std::f64::consts::FRAC_PI_2 + 1e-12) {
+        if self.latitude_rad.is_nan()
+            || self.latitude_rad.abs() > std::f64::consts::FRAC_PI_2 + 1e-12
+        {
             return out(
                 "latitude",
                 format!("{} deg", self.latitude_rad.to_degrees()),
@@ -171,7 +173,7 @@ impl Motion {
 
 #[derive(Debug, Clone)]
 enum Shape {
-    Builtin(Builtin),
+    Builtin(Box<Builtin>),
     Path(Box<Path>),
 }
 
@@ -201,7 +203,7 @@ impl Trajectory {
         Ok(Self {
             earth,
             name: name.to_owned(),
-            shape: Shape::Builtin(Builtin::new(kind, earth, start)),
+            shape: Shape::Builtin(Box::new(Builtin::new(kind, earth, start))),
         })
     }
 
