@@ -138,9 +138,9 @@ mod tests {
 
     #[test]
     fn powers_of_ten_are_right_to_thirty_digits() {
-        // 10²³ = 9.999999999999999161e22 + 8388608: hi and lo of the exact integer.
+        // The f64 nearest to 10²³ is 8388608 below it.
         let ten23 = DoubleDouble::power_of_ten(23);
-        assert_eq!(ten23.hi, 9.999_999_999_999_999e22);
+        assert_eq!(ten23.hi, 1e23);
         assert_eq!(ten23.lo, 8_388_608.0);
     }
 
