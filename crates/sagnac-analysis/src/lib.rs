@@ -1,3 +1,13 @@
 //! Deviations, spectra and the joint estimate of noise parameters.
 
+pub mod confidence;
+pub mod deviation;
+pub mod error;
 pub mod fit;
+pub mod noise_type;
+pub mod tau_grid;
+
+pub use confidence::{Interval, chi_squared_interval};
+pub use deviation::{Curve, Deviation, Estimate, deviations};
+pub use error::Error;
+pub use tau_grid::TauGrid;

@@ -1,0 +1,314 @@
+//! The power-law noise type α at each averaging time, from the lag-1 autocorrelation.
+//!
+//! Every m-th phase point, a quadratic removed; difference until ρ = r/(1 + r) < 1/4, then
+//! α = 2 − 2d − round(2ρ) `[Riley2004]`. α = 2 is white phase (quantization), 0 white, −1
+//! flicker, −2 random walk.
+
+use crate::deviation::kernel;
+
+/// Points that the autocorrelation needs.
+const LEAST_POINTS: usize = 30;
+
+/// The noise type that an interval was computed for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoiseType {
+    /// Exponent of the spectrum of the rate, S ∝ f^α, −4…2.
+    pub alpha: i8,
+    /// Whether this averaging time had the points to tell (else α comes from the largest that
+    /// had, or is 0 where none had).
+    pub measured: bool,
+}
+
+/// The noise type at every averaging factor, from the phases of all segments.
+///
+/// `most_differences` is 2, for the Hadamard deviation 3. A segment of the phase has a point
+/// more than it has samples. Fewer than 30 points in all: the α of the largest factor that had
+/// them.
+pub(crate) fn noise_types(
+    phases: &[&[f64]],
+    factors: &[usize],
+    most_differences: usize,
+) -> Vec<NoiseType> {
+    use rayon::prelude::*;
+    let measured: Vec<Option<i8>> = factors
+        .par_iter()
+        .map(|&m| noise_type(phases, m, most_differences))
+        .collect();
+    let mut last = 0;
+    measured
+        .into_iter()
+        .map(|alpha| {
+            last = alpha.unwrap_or(last);
+            NoiseType {
+                alpha: last,
+                measured: alpha.is_some(),
+            }
+        })
+        .collect()
+}
+
+/// α at one averaging factor, or none where there are too few points.
+fn noise_type(phases: &[&[f64]], m: usize, most_differences: usize) -> Option<i8> {
+    let points: usize = phases.iter().map(|phase| (phase.len() - 1) / m + 1).sum();
+    if points < LEAST_POINTS {
+        return None;
+    }
+    let mut lagged = [Lagged::default(); 4];
+    let mut decimated = Vec::new();
+    for phase in phases {
+        let thin: &[f64] = if m == 1 {
+            phase
+        } else {
+            decimated.clear();
+            decimated.extend(phase.iter().step_by(m));
+            &decimated
+        };
+        accumulate(thin, most_differences, &mut lagged);
+    }
+    let mut differences = 0;
+    loop {
+        let r = lagged[differences].autocorrelation();
+        let rho = r / (1.0 + r);
+        if rho < 0.25 || differences == most_differences {
+            let alpha = 2.0 - 2.0 * differences as f64 - (2.0 * rho).round();
+            let lowest = if most_differences > 2 { -4.0 } else { -2.0 };
+            return Some(alpha.clamp(lowest, 2.0) as i8);
+        }
+        differences += 1;
+    }
+}
+
+/// Σ z_k² and Σ z_k z_{k+1} about the mean.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lagged {
+    squares: f64,
+    products: f64,
+}
+
+impl Lagged {
+    /// Lag-1 autocorrelation; 0 for a series that does not move.
+    fn autocorrelation(&self) -> f64 {
+        if self.squares > 0.0 {
+            self.products / self.squares
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Adds the sums of one segment for its residual from a quadratic and the differences of that.
+fn accumulate(points: &[f64], most_differences: usize, lagged: &mut [Lagged; 4]) {
+    let n = points.len();
+    if n < most_differences + 4 {
+        return;
+    }
+    let quadratic = Quadratic::fit(points);
+    let mut sums = [Raw::default(); 4];
+    // Blocks that stay in the first-level cache; three points of overlap serve the differences.
+    let mut buffer = [[0.0; BLOCK + 4]; 4];
+    let mut start = 0;
+    while start < n {
+        let end = (start + BLOCK).min(n);
+        let ahead = (end + most_differences + 1).min(n);
+        let wide = ahead - start;
+        quadratic.residual(&points[start..ahead], start, &mut buffer[0][..wide]);
+        for d in 1..=most_differences {
+            let (before, after) = buffer.split_at_mut(d);
+            let (from, to) = (&before[d - 1], &mut after[0]);
+            for k in 0..wide.saturating_sub(d) {
+                to[k] = from[k + 1] - from[k];
+            }
+        }
+        for d in 0..=most_differences {
+            let z = &buffer[d];
+            let own = (end - start).min(n - d - start.min(n - d));
+            let pairs = own.min((n - d).saturating_sub(start + 1));
+            let raw = &mut sums[d];
+            raw.sum += kernel::sum(&z[..own]);
+            raw.squares += kernel::dot(&z[..own], &z[..own]);
+            raw.products += kernel::dot(&z[..pairs], &z[1..=pairs]);
+            if start == 0 {
+                raw.first = z[0];
+            }
+            if own > 0 {
+                raw.last = z[own - 1];
+            }
+        }
+        start = end;
+    }
+    for d in 0..=most_differences {
+        let count = (n - d) as f64;
+        let raw = &sums[d];
+        let mean = raw.sum / count;
+        lagged[d].squares += raw.squares - mean * raw.sum;
+        lagged[d].products += raw.products - mean * (2.0 * raw.sum - raw.first - raw.last)
+            + (count - 1.0) * mean * mean;
+    }
+}
+
+const BLOCK: usize = 256;
+
+/// Sums of a series before its mean is taken out.
+#[derive(Debug, Clone, Copy, Default)]
+struct Raw {
+    sum: f64,
+    squares: f64,
+    products: f64,
+    first: f64,
+    last: f64,
+}
+
+/// The least-squares parabola through equally spaced points, in t = −1…1.
+struct Quadratic {
+    level: f64,
+    slope: f64,
+    curvature: f64,
+    mean_t2: f64,
+    step_t: f64,
+}
+
+impl Quadratic {
+    fn fit(points: &[f64]) -> Self {
+        let n = points.len() as f64;
+        let step_t = 2.0 / (n - 1.0);
+        // Σt² and Σt⁴ over the symmetric grid, in closed form.
+        let sum_t2 = n * (n + 1.0) / (3.0 * (n - 1.0));
+        let sum_t4 = sum_t2 * (3.0 * n * n - 7.0) / (5.0 * (n - 1.0) * (n - 1.0));
+        let mean_t2 = sum_t2 / n;
+        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+        let mut times = [0.0; BLOCK];
+        let mut squares = [0.0; BLOCK];
+        for (block, chunk) in points.chunks(BLOCK).enumerate() {
+            let start_t = (block * BLOCK) as f64 * step_t - 1.0;
+            for k in 0..chunk.len() {
+                let t = start_t + k as f64 * step_t;
+                times[k] = t;
+                squares[k] = t * t - mean_t2;
+            }
+            sum += kernel::sum(chunk);
+            first += kernel::dot(chunk, &times[..chunk.len()]);
+            second += kernel::dot(chunk, &squares[..chunk.len()]);
+        }
+        Self {
+            level: sum / n,
+            slope: first / sum_t2,
+            curvature: second / (sum_t4 - sum_t2 * mean_t2),
+            mean_t2,
+            step_t,
+        }
+    }
+
+    /// Points less the parabola; `start` is the index of the first.
+    fn residual(&self, points: &[f64], start: usize, out: &mut [f64]) {
+        let start_t = start as f64 * self.step_t - 1.0;
+        let level = self.level - self.curvature * self.mean_t2;
+        for (k, (point, residual)) in points.iter().zip(out).enumerate() {
+            let t = start_t + k as f64 * self.step_t;
+            *residual = point - (level + t * (self.slope + t * self.curvature));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Plain form of the same definition.
+    fn plain(phase: &[f64], m: usize, most: usize) -> i8 {
+        let points: Vec<f64> = phase.iter().step_by(m).copied().collect();
+        let quadratic = Quadratic::fit(&points);
+        let mut z = vec![0.0; points.len()];
+        quadratic.residual(&points, 0, &mut z);
+        let mut d = 0;
+        loop {
+            let mean = z.iter().sum::<f64>() / z.len() as f64;
+            let centered: Vec<f64> = z.iter().map(|v| v - mean).collect();
+            let squares: f64 = centered.iter().map(|v| v * v).sum();
+            let products: f64 = centered.windows(2).map(|w| w[0] * w[1]).sum();
+            let r = products / squares;
+            let rho = r / (1.0 + r);
+            if rho < 0.25 || d == most {
+                return (2.0 - 2.0 * d as f64 - (2.0 * rho).round()).clamp(-4.0, 2.0) as i8;
+            }
+            z = z.windows(2).map(|w| w[1] - w[0]).collect();
+            d += 1;
+        }
+    }
+
+    fn noise(count: usize) -> Vec<f64> {
+        let mut state = 12_345_u64;
+        (0..count)
+            .map(|_| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            })
+            .collect()
+    }
+
+    fn cumulative(values: &[f64]) -> Vec<f64> {
+        let mut total = 0.0;
+        std::iter::once(0.0)
+            .chain(values.iter().map(|v| {
+                total += v;
+                total
+            }))
+            .collect()
+    }
+
+    #[test]
+    fn tells_white_phase_white_rate_and_random_walk_apart() {
+        let white = noise(4000);
+        let walk = cumulative(&white);
+        let cases = [
+            (white.clone(), 2),
+            (walk.clone(), 0),
+            (cumulative(&walk), -2),
+        ];
+        for (phase, alpha) in cases {
+            for m in [1, 3, 10] {
+                let found = noise_types(&[&phase], &[m], 2);
+                assert_eq!(found[0].alpha, alpha, "m = {m}");
+                assert!(found[0].measured);
+            }
+        }
+        let steep = cumulative(&cumulative(&walk));
+        assert_eq!(noise_types(&[&steep], &[1], 3)[0].alpha, -4);
+        assert_eq!(noise_types(&[&steep], &[1], 2)[0].alpha, -2);
+    }
+
+    #[test]
+    fn blocked_sums_equal_the_plain_definition() {
+        for count in [40, 511, 512, 513, 514, 515, 1027, 3000] {
+            let white = noise(count);
+            let walk = cumulative(&white);
+            for phase in [&white, &walk, &cumulative(&walk)] {
+                for most in [2, 3] {
+                    let found = noise_types(&[phase], &[1], most)[0].alpha;
+                    let lowest = if most == 2 { -2 } else { -4 };
+                    assert_eq!(found, plain(phase, 1, most).max(lowest), "{count} {most}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn few_points_keep_the_last_known_type() {
+        let phase = cumulative(&noise(100));
+        let found = noise_types(&[&phase], &[1, 3, 4, 50], 2);
+        assert_eq!(
+            found.iter().map(|t| t.measured).collect::<Vec<_>>(),
+            [true, true, false, false]
+        );
+        assert_eq!(found[3].alpha, found[1].alpha);
+        let none = noise_types(&[&phase[..20]], &[1], 2)[0];
+        assert_eq!((none.alpha, none.measured), (0, false));
+    }
+
+    #[test]
+    fn a_constant_series_is_no_trouble() {
+        let zero = [0.0; 200];
+        assert_eq!(noise_types(&[&zero], &[1, 2], 2)[0].alpha, 2);
+    }
+}
