@@ -3,8 +3,10 @@
 mod args;
 mod commands;
 mod context;
+mod inputs;
 mod outputs;
 mod progress;
+mod quantities;
 
 use std::process::ExitCode;
 

@@ -5,6 +5,7 @@
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
 mod error;
+mod from_crates;
 
 pub use error::{Error, Kind};
 

@@ -1,0 +1,215 @@
+//! Opening logs and text files by name, with the options that every command that reads a log takes.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use sagnac::Error;
+use sagnac::log::{Folder, LogReader, ReadOptions, ReadSeek, Source};
+use sagnac::model::units::Dimension;
+
+use crate::context::plain;
+use crate::quantities::{optional, positive};
+
+/// The largest text file (model, table, schedule) that is read whole.
+const LARGEST_TEXT: u64 = 64 << 20;
+
+/// How a log is read; the same options for every command.
+#[derive(clap::Args, Clone, Default)]
+#[command(next_help_heading = "Reading the log")]
+pub(crate) struct LogOptions {
+    /// What the columns are: 'time=0:us, gyro=4,5,6:deg/s, accel=1,2,3:g'
+    #[arg(long, value_name = "LIST")]
+    pub(crate) columns: Option<String>,
+    /// Sampling rate, for instance 200Hz; overrides the time stamps
+    #[arg(long, value_name = "RATE")]
+    pub(crate) rate: Option<String>,
+    /// ROS topic, ULog or ArduPilot message, or number of the IMU
+    #[arg(long, value_name = "NAME")]
+    pub(crate) topic: Option<String>,
+    /// Leave out what is before, counted from the first sample
+    #[arg(long, value_name = "TIME")]
+    pub(crate) start: Option<String>,
+    /// Leave out this and what is after, counted from the first sample
+    #[arg(long, value_name = "TIME")]
+    pub(crate) end: Option<String>,
+    /// Turn the mounting: 'x=-y, y=x, z=z'
+    #[arg(long, value_name = "LIST")]
+    pub(crate) axes: Option<String>,
+}
+
+impl LogOptions {
+    /// The options as the library takes them.
+    pub(crate) fn read_options(&self) -> Result<ReadOptions, Error> {
+        let rate_hz = self
+            .rate
+            .as_deref()
+            .map(|text| positive("--rate", text, Dimension::FREQUENCY))
+            .transpose()?;
+        Ok(ReadOptions {
+            columns: self.columns.clone(),
+            rate_hz,
+            topic: self.topic.clone(),
+            start_s: optional("--start", self.start.as_deref(), Dimension::TIME)?,
+            end_s: optional("--end", self.end.as_deref(), Dimension::TIME)?,
+            axes: self.axes.clone(),
+            threads: rayon::current_num_threads(),
+        })
+    }
+
+    /// Opens a log by name; `-` is standard input.
+    pub(crate) fn open(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
+        let options = self.read_options()?;
+        let (source, meter) = source(path)?;
+        Ok((sagnac::log::open(source, &options)?, meter))
+    }
+}
+
+/// How many bytes of an input have been read, for progress.
+#[derive(Clone)]
+pub(crate) struct Meter {
+    read: Arc<AtomicU64>,
+    /// Size of the file, where it has one.
+    pub(crate) size: Option<u64>,
+}
+
+impl Meter {
+    /// Bytes read so far.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.read.load(Ordering::Relaxed)
+    }
+}
+
+/// The bytes of a log: a file, a folder, a pipe, or `-` for standard input.
+pub(crate) fn source(path: &Path) -> Result<(Source, Meter), Error> {
+    let mut meter = Meter {
+        read: Arc::default(),
+        size: None,
+    };
+    if path == Path::new("-") {
+        let input = Counted {
+            inner: io::stdin(),
+            read: meter.read.clone(),
+        };
+        return Ok((Source::stream("standard input", input), meter));
+    }
+    let label = path.display().to_string();
+    let metadata = std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
+    if metadata.is_dir() {
+        return Ok((Source::folder(label, Directory(path.to_owned())), meter));
+    }
+    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
+    let counted = Counted {
+        inner: file,
+        read: meter.read.clone(),
+    };
+    if !metadata.is_file() {
+        return Ok((Source::stream(label, counted), meter));
+    }
+    meter.size = Some(metadata.len());
+    Ok((Source::file(label, counted), meter))
+}
+
+/// A text file read whole (a model, a table, a schedule); `-` is standard input.
+pub(crate) fn text(path: &Path) -> Result<String, Error> {
+    let label = if path == Path::new("-") {
+        "standard input".to_owned()
+    } else {
+        path.display().to_string()
+    };
+    let mut bytes = Vec::new();
+    let read = if path == Path::new("-") {
+        io::stdin().take(LARGEST_TEXT + 1).read_to_end(&mut bytes)
+    } else {
+        if path.is_dir() {
+            return Err(Error::data(format!("{label} is a folder")).advise("name the file in it"));
+        }
+        File::open(path).and_then(|file| file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes))
+    };
+    read.map_err(|error| unreadable(path, &error))?;
+    if bytes.len() as u64 > LARGEST_TEXT {
+        return Err(
+            Error::data(format!("{label} is larger than {} MB", LARGEST_TEXT >> 20))
+                .advise("is it a log? Then name it where the command takes a log"),
+        );
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let upto = error.utf8_error().valid_up_to();
+        let line = error
+            .as_bytes()
+            .iter()
+            .take(upto)
+            .filter(|byte| **byte == b'\n')
+            .count()
+            + 1;
+        Error::data("the file is not UTF-8 text")
+            .at(format!("{label}, line {line}"))
+            .advise("save it as plain UTF-8 text")
+    })
+}
+
+fn unreadable(path: &Path, error: &io::Error) -> Error {
+    Error::data(format!(
+        "{} cannot be read: {}",
+        path.display(),
+        plain(error)
+    ))
+}
+
+/// Counts what goes through.
+struct Counted<R> {
+    inner: R,
+    read: Arc<AtomicU64>,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.read.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+}
+
+impl<R: Seek> Seek for Counted<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(to)
+    }
+}
+
+/// A folder of the file system.
+struct Directory(PathBuf);
+
+/// More files than any recording of this kind has: a folder such as `/` is not walked through.
+const MOST_FILES: usize = 100_000;
+
+impl Folder for Directory {
+    fn names(&self) -> io::Result<Vec<String>> {
+        let mut names = Vec::new();
+        let mut open = vec![(self.0.clone(), String::new(), 0)];
+        while let Some((folder, prefix, depth)) = open.pop() {
+            for entry in std::fs::read_dir(&folder)? {
+                let entry = entry?;
+                let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+                let kind = entry.file_type()?;
+                if kind.is_dir() && depth < 4 {
+                    open.push((entry.path(), format!("{name}/"), depth + 1));
+                } else if !kind.is_dir() {
+                    names.push(name);
+                }
+                if names.len() + open.len() > MOST_FILES {
+                    return Err(io::Error::other(
+                        "the folder holds too many files for a recording",
+                    ));
+                }
+            }
+        }
+        names.sort();
+        Ok(names)
+    }
+
+    fn open(&self, name: &str) -> io::Result<Box<dyn ReadSeek>> {
+        Ok(Box::new(BufReader::new(File::open(self.0.join(name))?)))
+    }
+}

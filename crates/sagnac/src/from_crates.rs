@@ -1,0 +1,22 @@
+//! The errors of the crates below as the one error of the façade.
+
+use crate::Error;
+
+/// Puts the three lines of a crate's error together.
+fn gather(mut error: Error, place: Option<String>, advice: Option<String>) -> Error {
+    error.place = place;
+    error.advice = advice;
+    error
+}
+
+impl From<sagnac_log::Error> for Error {
+    fn from(error: sagnac_log::Error) -> Self {
+        let what = error.to_string();
+        let out = if error.is_usage() {
+            Self::usage(what)
+        } else {
+            Self::data(what)
+        };
+        gather(out, error.place(), error.advice())
+    }
+}
