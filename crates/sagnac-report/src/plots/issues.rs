@@ -1,0 +1,214 @@
+//! The findings on the time axis, each with its sentence.
+
+use core::fmt::Write as _;
+
+use super::{Figure, PANEL_WIDTH, WIDE_WIDTH, time_unit};
+use crate::svg::{Frame, Plot, Scale, Svg, TextStyle, halo_text, number, text_width};
+use crate::text::cut;
+
+/// A finding.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct IssueBar {
+    /// Channel or sensor: `accel`, `gyro z`.
+    pub channel: String,
+    /// Kind; findings of one kind and channel share a row.
+    pub kind: String,
+    /// Its sentence.
+    pub text: String,
+    /// Start and end in s; `None`: all the time.
+    pub span_s: Option<(f64, f64)>,
+    /// Warning (orange) or note (blue).
+    pub warning: bool,
+}
+
+/// The findings of a log.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct IssueTimeline {
+    /// Length of the log in s.
+    pub duration_s: f64,
+    /// The findings in the order in which they are shown.
+    pub issues: Vec<IssueBar>,
+}
+
+const FONT: f64 = 11.9;
+
+struct Row<'a> {
+    first: &'a IssueBar,
+    spans: Vec<(f64, f64)>,
+    text: String,
+}
+
+impl IssueTimeline {
+    /// The figure with its wide and narrow drawings.
+    pub fn figure(&self) -> Figure {
+        Figure::new(
+            "issues",
+            "",
+            "",
+            "Findings on the time axis. Orange: warning. Blue: note.",
+            self.draw(WIDE_WIDTH, false),
+        )
+        .with_narrow(self.draw(PANEL_WIDTH, true))
+    }
+
+    /// Sentences that a drawing had to cut, in full.
+    pub fn cut_sentences(&self) -> Vec<String> {
+        self.rows()
+            .iter()
+            .filter(|row| {
+                let text = format!("{}: {}", row.first.channel, row.text);
+                text_width(&text, FONT, true) > PANEL_WIDTH - 34.0
+            })
+            .map(|row| format!("{}: {}", row.first.channel, row.text))
+            .collect()
+    }
+
+    fn rows(&self) -> Vec<Row<'_>> {
+        let mut rows: Vec<Row<'_>> = Vec::new();
+        for issue in &self.issues {
+            let span = issue.span_s.unwrap_or((0.0, self.duration_s));
+            let known = rows.iter_mut().find(|r| {
+                r.first.kind == issue.kind
+                    && r.first.channel == issue.channel
+                    && !issue.kind.is_empty()
+            });
+            match known {
+                Some(row) => row.spans.push(span),
+                None => rows.push(Row {
+                    first: issue,
+                    spans: vec![span],
+                    text: issue.text.clone(),
+                }),
+            }
+        }
+        for row in &mut rows {
+            if row.spans.len() > 1 {
+                row.text = format!("{} (and {} more)", row.text, row.spans.len() - 1);
+            }
+        }
+        rows
+    }
+
+    fn draw(&self, width: f64, narrow: bool) -> Svg {
+        let rows = self.rows();
+        let step = if narrow { 34.0 } else { 25.0 };
+        let names = rows
+            .iter()
+            .map(|r| text_width(&cut(&r.first.channel, 18), FONT, false))
+            .fold(30.0, f64::max);
+        let frame = Frame {
+            width,
+            height: 6.0 + step * rows.len() as f64 + 42.0,
+            left: if narrow { 12.0 } else { names + 14.0 },
+            right: if narrow { 12.0 } else { 10.0 },
+            top: 4.0,
+            bottom: 40.0,
+        };
+        let (title, unit_s) = time_unit(self.duration_s);
+        let x = Scale::linear(0.0, (self.duration_s / unit_s).max(1e-9));
+        let id = if narrow { "issues-narrow" } else { "issues" };
+        let mut plot = Plot::new(frame, x, Scale::linear(0.0, 1.0), id).with_font(FONT);
+        plot.x_axis(title);
+        let area = frame.area();
+        for (i, row) in rows.iter().enumerate() {
+            let top = area.y + step * i as f64;
+            let color = if row.first.warning { "--fit" } else { "--data" };
+            if !narrow {
+                plot.fixed_text(
+                    (area.x - 8.0, top + 15.5),
+                    "end",
+                    "t",
+                    &cut(&row.first.channel, 18),
+                    "",
+                );
+            }
+            let edges: Vec<(f64, f64)> = row
+                .spans
+                .iter()
+                .map(|&(a, b)| {
+                    let a = plot.x.at(a / unit_s).clamp(area.x, area.x + area.w);
+                    let b = plot.x.at(b / unit_s).clamp(area.x, area.x + area.w);
+                    let w = (b - a).max(3.5);
+                    (a.min(area.x + area.w - w), w)
+                })
+                .collect();
+            let long = edges.iter().any(|e| e.1 > 0.5 * area.w);
+            let (bar_top, bar_height) = match (narrow, long) {
+                (true, true) => (top + 21.0, 3.0),
+                (true, false) => (top + 19.0, 8.0),
+                (false, true) => (top + 20.0, 3.0),
+                (false, false) => (top + 6.5, 9.5),
+            };
+            let mut bars = String::new();
+            for &(a, w) in edges.iter().take(400) {
+                let _ = write!(
+                    bars,
+                    "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:var({color})\"/>",
+                    number(a),
+                    number(bar_top),
+                    number(w),
+                    number(bar_height)
+                );
+            }
+            plot.raw(&bars);
+            let style = TextStyle {
+                size: FONT,
+                ..TextStyle::default()
+            };
+            let text = if narrow {
+                format!("{}: {}", row.first.channel, row.text)
+            } else {
+                row.text.clone()
+            };
+            let (at, anchor, room) = place_text(area.x, area.w, &edges, narrow || long);
+            let text = fit(&text, room);
+            let y = if narrow { top + 14.0 } else { top + 15.5 };
+            plot.raw(&halo_text((at, y), anchor, &text, style));
+        }
+        plot.finish(
+            "Findings during the recording, on the time axis",
+            "Each row is a finding with its sentence.",
+        )
+    }
+}
+
+/// Where the sentence of a row begins, and how wide it may be.
+fn place_text(
+    left: f64,
+    width: f64,
+    edges: &[(f64, f64)],
+    above: bool,
+) -> (f64, &'static str, f64) {
+    if above {
+        return (left + 2.0, "start", width - 4.0);
+    }
+    let first = edges.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
+    let last = edges
+        .iter()
+        .map(|e| e.0 + e.1)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let right_room = left + width - last - 7.0;
+    let left_room = first - left - 7.0;
+    if right_room >= left_room {
+        (last + 7.0, "start", right_room)
+    } else {
+        (first - 7.0, "end", left_room)
+    }
+}
+
+fn fit(text: &str, room: f64) -> String {
+    let mut columns = text.chars().count();
+    let mut shown = text.to_owned();
+    while columns > 3 && text_width(&shown, FONT, true) > room {
+        columns -= 1;
+        shown = cut(text, columns);
+    }
+    shown
+}
+
+impl IssueTimeline {
+    /// Whether there is nothing to show.
+    pub fn is_empty(&self) -> bool {
+        self.issues.is_empty()
+    }
+}
