@@ -1,7 +1,7 @@
 //! A chart of several curves, each named at its end: `allan`, `plan`, comparisons.
 
 use super::Color;
-use crate::svg::{Frame, Ink, Plot, Scale, Svg, TextStyle, text_width};
+use crate::svg::{Frame, Ink, Plot, Scale, Svg, TextStyle, halo_text, text_width};
 
 /// A curve of a chart.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -122,21 +122,45 @@ impl CurveChart {
             };
             plot.curve(&curve.x, &curve.y, ink);
         }
-        for curve in &self.curves {
-            let last = curve
-                .x
+        self.name_ends(&mut plot);
+        plot.finish(&self.title, "")
+    }
+
+    /// Names each curve at its end; names that would touch are moved apart up and down.
+    fn name_ends(&self, plot: &mut Plot) {
+        const STEP: f64 = 15.0;
+        let mut ends: Vec<(f64, f64, &ChartCurve)> =
+            self.curves
                 .iter()
-                .zip(&curve.y)
-                .rfind(|(x, y)| x.is_finite() && y.is_finite() && (!self.y_log || **y > 0.0));
-            if let Some((&x, &y)) = last {
-                let point = plot.at((x, y));
-                let style = TextStyle {
-                    color: curve.color.property(),
-                    ..TextStyle::default()
-                };
-                plot.label(&curve.label, point, Some(0.0), 6.0, 60.0, style);
+                .filter_map(|curve| {
+                    let last = curve.x.iter().zip(&curve.y).rfind(|(x, y)| {
+                        x.is_finite() && y.is_finite() && (!self.y_log || **y > 0.0)
+                    })?;
+                    let (x, y) = plot.at((*last.0, *last.1));
+                    Some((x, y, curve))
+                })
+                .collect();
+        ends.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let area = plot.frame.area();
+        let mut rows: Vec<f64> = ends.iter().map(|e| e.1).collect();
+        for _ in 0..60 {
+            for i in 1..rows.len() {
+                let overlap = STEP - (rows[i] - rows[i - 1]);
+                if overlap > 0.0 {
+                    rows[i - 1] -= 0.5 * overlap;
+                    rows[i] += 0.5 * overlap;
+                }
+            }
+            for row in &mut rows {
+                *row = row.clamp(area.y + 4.0, area.y + area.h - 4.0);
             }
         }
-        plot.finish(&self.title, "")
+        for ((x, _, curve), y) in ends.iter().zip(rows) {
+            let style = TextStyle {
+                color: curve.color.property(),
+                ..TextStyle::default()
+            };
+            plot.raw(&halo_text((x + 7.0, y + 4.0), "start", &curve.label, style));
+        }
     }
 }
