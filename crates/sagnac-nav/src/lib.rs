@@ -17,6 +17,7 @@ pub mod attitude;
 pub mod earth;
 mod error;
 pub mod spline;
+pub mod strapdown;
 pub mod trajectory;
 
 pub use earth::Earth;

@@ -2,7 +2,7 @@
 //! (navigation.md §1.4).
 
 use super::{Motion, Trajectory};
-use crate::attitude::{Vec3, axpy, scale, sub};
+use crate::attitude::{Vec3, axpy, dot, scale, sub};
 
 /// The truth of one sample: means over its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -15,6 +15,10 @@ pub struct TruthSample {
     pub rate_rad_s: Vec3,
     /// Mean angular acceleration, (ω(t_k) − ω(t_{k−1}))/dt, rad/s².
     pub rate_dot_rad_s2: Vec3,
+    /// Height above the ellipsoid at the interval's end, m.
+    pub height_m: f64,
+    /// Rate of that height at the interval's end, m/s: minus the down velocity.
+    pub climb_m_s: f64,
 }
 
 const GAUSS: [f64; 3] = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7];
@@ -41,6 +45,8 @@ impl<'a> Samples<'a> {
             force_m_s2: start.force_b(trajectory.earth),
             rate_rad_s: last_rate,
             rate_dot_rad_s2: [0.0; 3],
+            height_m: start.place.height_m,
+            climb_m_s: 0.0,
         });
         Self {
             trajectory,
@@ -103,7 +109,8 @@ impl<'a> Samples<'a> {
             }
             begin = end;
         }
-        let end_rate = self.trajectory.at(to).rate_b(self.trajectory.earth);
+        let end_point = self.trajectory.at(to);
+        let end_rate = end_point.rate_b(self.trajectory.earth);
         let rate_dot = scale(1.0 / self.dt_s, sub(end_rate, self.last_rate));
         self.last_rate = end_rate;
         let k = 1.0 / (to - from);
@@ -112,6 +119,8 @@ impl<'a> Samples<'a> {
             force_m_s2: scale(k, force),
             rate_rad_s: scale(k, rate),
             rate_dot_rad_s2: rate_dot,
+            height_m: end_point.place.height_m,
+            climb_m_s: dot(end_point.place.normal_e, end_point.velocity_e),
         }
     }
 
