@@ -15,6 +15,7 @@
 
 pub mod attitude;
 pub mod earth;
+pub mod ellipse;
 mod error;
 pub mod spline;
 pub mod strapdown;

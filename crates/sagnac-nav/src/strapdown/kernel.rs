@@ -7,6 +7,11 @@
 //! inertial position alone. The loop over lanes is straight-line arithmetic that the compiler turns into vectors; nothing
 //! is contracted, so every instruction set gives the same bits.
 
+#![allow(
+    clippy::inline_always,
+    reason = "the lanes become vector code only where the body is inlined into their loop"
+)]
+
 use super::weights::Weights;
 use crate::earth::{Earth, WGS84_F};
 
@@ -130,11 +135,6 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 #[inline(always)]
 fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-fn scaled(k: f64, a: [f64; 3]) -> [f64; 3] {
-    [k * a[0], k * a[1], k * a[2]]
 }
 
 /// [A, B] = (ω_A×ω_B, ω_A×f_B − ω_B×f_A).
