@@ -1,6 +1,26 @@
 //! Sensor model files, quantities with units as text, the sensor catalogue and exporters.
 
+mod calibration;
+mod catalog_table;
+mod entry;
+mod error;
+mod json;
+mod model;
+mod path;
+mod random;
+mod read;
+mod schema;
 mod suggest;
+mod to_core;
+mod tree;
 pub mod units;
+mod write;
 
+pub use calibration::Calibration;
+pub use catalog_table::{CatalogTable, Conflict, OtherValue, PRICE_CLASSES};
+pub use entry::Entry;
+pub use error::Error;
+pub use model::{Model, Process, ThermalTerm};
+pub use path::ParameterPath;
+pub use random::{FLICKER_FLOOR, Stability};
 pub use suggest::suggest;

@@ -29,6 +29,7 @@ mod table;
 pub use column::{Column, parse_column};
 pub use dimension::{Dimension, Exponents};
 pub use error::Error;
+pub(crate) use error::clip;
 pub use expression::Unit;
 pub use format::{format_number, format_quantity};
 pub use quantity::{
