@@ -1,1 +1,3 @@
 //! Calibration of inertial sensors from stations, hand-turned logs and temperature sweeps.
+
+pub mod response;
