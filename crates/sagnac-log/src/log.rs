@@ -1,5 +1,6 @@
 //! A whole log in memory, column by column.
 
+use crate::clock;
 use crate::{Block, Channel, Error, Layout, LogReader, Stamps};
 
 /// A whole log in memory. Known channels are in SI, increments are already divided by dt.
@@ -43,7 +44,76 @@ impl Log {
         if log.rows == 0 {
             return Err(Error::data("the log has no samples"));
         }
+        log.divide_increments()?;
         Ok(log)
+    }
+
+    /// The sampling interval: 1/rate where a rate was given, else from the stamps.
+    ///
+    /// # Errors
+    /// Time that never advances, or a single stamp.
+    pub fn dt_s(&self) -> Result<f64, Error> {
+        if let Some(rate) = self.layout.rate_hz {
+            return Ok(1.0 / rate);
+        }
+        clock::interval(&clock::steps(&self.stamps)).ok_or_else(|| {
+            let what = if self.rows < 2 {
+                "the log has one sample, which has no rate"
+            } else {
+                "time never advances"
+            };
+            Error::data(what)
+                .at("time")
+                .advise("add --rate, for instance --rate 100Hz")
+        })
+    }
+
+    /// Time of row `k` in seconds from the first row; from the rate where there are no stamps.
+    pub fn time_s(&self, k: usize) -> f64 {
+        match (self.stamps.get(k), self.stamps.get(0)) {
+            (Some(t), Some(origin)) => t.since(origin),
+            _ => k as f64 / self.layout.rate_hz.unwrap_or(1.0),
+        }
+    }
+
+    /// Increments to rates, now that the whole log tells dt.
+    fn divide_increments(&mut self) -> Result<(), Error> {
+        if self.layout.channels.iter().any(|c| c.is_increment) {
+            let dt = self.dt_s()?;
+            for (channel, column) in self.layout.channels.iter_mut().zip(&mut self.columns) {
+                if channel.is_increment {
+                    for v in column.iter_mut() {
+                        *v /= dt;
+                    }
+                    channel.is_increment = false;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands the log out again in blocks, as a reader does.
+    pub fn blocks(&self) -> impl Iterator<Item = Block> + '_ {
+        const ROWS: usize = 1 << 14;
+        (0..self.rows.div_ceil(ROWS)).map(move |b| {
+            let range = b * ROWS..((b + 1) * ROWS).min(self.rows);
+            let mut stamps = Stamps::default();
+            for k in range.clone() {
+                if let Some(s) = self.stamps.get(k) {
+                    stamps.push(s);
+                }
+            }
+            let columns = self
+                .columns
+                .iter()
+                .map(|c| c[range.clone()].to_vec())
+                .collect();
+            Block {
+                stamps,
+                columns,
+                rows: range.len(),
+            }
+        })
     }
 
     /// The values of the channel called `name`.

@@ -32,6 +32,29 @@ impl Block {
         self.rows = 0;
     }
 
+    /// Keeps the rows that are marked.
+    pub fn filter(&mut self, wanted: &[bool]) {
+        let mark = |v: &mut Vec<f64>| {
+            let mut i = 0;
+            v.retain(|_| {
+                i += 1;
+                wanted.get(i - 1).copied().unwrap_or(false)
+            });
+        };
+        self.columns.iter_mut().for_each(mark);
+        match &mut self.stamps {
+            Stamps::Seconds(v) => mark(v),
+            Stamps::Nanoseconds(v) => {
+                let mut i = 0;
+                v.retain(|_| {
+                    i += 1;
+                    wanted.get(i - 1).copied().unwrap_or(false)
+                });
+            }
+        }
+        self.rows = wanted.iter().take(self.rows).filter(|&&w| w).count();
+    }
+
     /// Keeps rows `range` alone.
     pub fn keep(&mut self, range: std::ops::Range<usize>) {
         let range = range.start.min(self.rows)..range.end.min(self.rows);

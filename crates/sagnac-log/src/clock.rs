@@ -1,0 +1,96 @@
+//! The sampling interval of a log from its stamps.
+//!
+//! dt is the median step, refined to (last − first)/(number of steps) over stretches without gaps.
+
+use crate::{Stamp, Stamps};
+
+/// Steps between stamps, in seconds; NaN next to a stamp that is none.
+pub(crate) fn steps(stamps: &Stamps) -> Vec<f64> {
+    match stamps {
+        Stamps::Nanoseconds(v) => v
+            .windows(2)
+            .map(|w| Stamp::Nanoseconds(w[1]).since(Stamp::Nanoseconds(w[0])))
+            .collect(),
+        Stamps::Seconds(v) => v.windows(2).map(|w| w[1] - w[0]).collect(),
+    }
+}
+
+/// Median of the finite values for which `keep` holds; reorders them.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    let mid = values.len() / 2;
+    let (_, &mut m, _) = values.select_nth_unstable_by(mid, f64::total_cmp);
+    Some(m)
+}
+
+/// The sampling interval; `None` where no step is positive.
+pub(crate) fn interval(steps: &[f64]) -> Option<f64> {
+    let mut positive: Vec<f64> = steps
+        .iter()
+        .copied()
+        .filter(|s| *s > 0.0 && s.is_finite())
+        .collect();
+    let middle = median(&mut positive)?;
+    let refine = |dt: f64| {
+        // A step of k intervals with k beyond 1.5 is a gap; arrival times that jump and catch up are none.
+        let (mut time, mut count) = (0.0, 0_u64);
+        let mut k = 0;
+        while k < steps.len() {
+            let s = steps[k];
+            if !s.is_finite() || s < 0.0 {
+                k += 1;
+                continue;
+            }
+            if s > 1.5 * dt {
+                // What follows within a few samples tells a late stamp from a lost sample.
+                let end = (k + 8).min(steps.len());
+                let begin = k.saturating_sub(8);
+                let window = &steps[begin..end];
+                let excess: f64 = window
+                    .iter()
+                    .filter(|s| s.is_finite() && **s >= 0.0)
+                    .map(|s| s - dt)
+                    .sum();
+                if excess > 0.5 * dt {
+                    k += 1;
+                    continue;
+                }
+            }
+            if s > 0.0 {
+                time += s;
+                count += 1;
+            }
+            k += 1;
+        }
+        (count > 0).then(|| time / count as f64)
+    };
+    let first = refine(middle)?;
+    // Far from the median, the "stretches" are no stretches: the median stands.
+    if (first / middle - 1.0).abs() < 0.25 {
+        Some(first)
+    } else {
+        Some(middle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn an_even_clock_with_a_gap_gives_its_interval() {
+        let mut t: Vec<i64> = (0..1000).map(|k| k * 5_016_000).collect();
+        for v in &mut t[500..] {
+            *v += 3_000_000_000;
+        }
+        let dt = interval(&steps(&Stamps::Nanoseconds(t))).unwrap();
+        assert!((dt / 0.005016 - 1.0).abs() < 1e-12, "{dt}");
+        assert_eq!(
+            interval(&steps(&Stamps::Seconds(vec![1.0, 1.0, 1.0]))),
+            None
+        );
+    }
+}

@@ -1,0 +1,28 @@
+//! Formats are recognized by their first bytes, never by a name alone.
+
+use crate::input::Input;
+use crate::map::raw::RawReader;
+use crate::npy::Npy;
+use crate::text::TextTable;
+use crate::{Error, ReadOptions, Source};
+
+/// The raw reader of whatever the source holds.
+pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawReader>, Error> {
+    let input = Input::open(source)?;
+    let packed = input.packed;
+    let raw: Box<dyn RawReader> = if input.head.starts_with(b"\x93NUMPY") {
+        Box::new(Npy::open(input.bytes, packed)?)
+    } else {
+        Box::new(TextTable::open(
+            input.bytes.into_stream(),
+            options.threads,
+            packed,
+        )?)
+    };
+    if options.topic.is_some() && raw.raw().topics.is_empty() {
+        return Err(Error::usage("this format has no topics")
+            .at("--topic")
+            .advise("leave --topic out"));
+    }
+    Ok(raw)
+}

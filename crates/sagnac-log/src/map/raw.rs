@@ -1,0 +1,54 @@
+//! What a format hands to the mapping: columns by index and name, in the source's own units.
+
+use crate::text::number::TimeKind;
+use crate::{Block, Error, Topic};
+
+/// A column as the format knows it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct RawColumn {
+    /// Name, empty where the source has none.
+    pub(crate) name: String,
+    /// Unit as the source writes it.
+    pub(crate) unit: Option<String>,
+    /// The channel it is by the format's own definition (`gyro_x`, `time`), with its unit known.
+    pub(crate) channel: Option<String>,
+    /// Its values in the first rows, for checks and hints.
+    pub(crate) preview: Vec<f64>,
+    /// True where it holds text and no numbers.
+    pub(crate) is_text: bool,
+}
+
+/// What a format found.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct RawLayout {
+    pub(crate) format: String,
+    pub(crate) columns: Vec<RawColumn>,
+    /// True where columns have names that a user could write.
+    pub(crate) has_names: bool,
+    pub(crate) rate_hz: Option<f64>,
+    pub(crate) topics: Vec<Topic>,
+    pub(crate) topic: Option<String>,
+    pub(crate) frame: Option<String>,
+    pub(crate) samples: Option<u64>,
+    pub(crate) notes: Vec<String>,
+    /// Where the header stands, for errors ("line 1").
+    pub(crate) header_place: Option<String>,
+}
+
+/// What the mapping wants of a format.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Plan {
+    /// Column of time and how it is read.
+    pub(crate) time: Option<(usize, TimeKind)>,
+    /// Columns wanted, in this order.
+    pub(crate) columns: Vec<usize>,
+}
+
+/// A format, before mapping.
+pub(crate) trait RawReader {
+    fn raw(&self) -> &RawLayout;
+    /// Fixes what `read_raw` delivers. Called once, before the first block.
+    fn select(&mut self, plan: Plan) -> Result<(), Error>;
+    /// The next rows; `false` at the end.
+    fn read_raw(&mut self, block: &mut Block) -> Result<bool, Error>;
+}

@@ -1,0 +1,205 @@
+//! Text in chunks of whole lines, read on one thread, parsed on several, handed out in order.
+
+use std::io::Read;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use super::rows::{Chunk, RowError, RowPlan};
+use crate::{Block, Error};
+
+/// Bytes of a chunk: a few L2 caches' worth is parsed between two hand-overs.
+const CHUNK: usize = 512 * 1024;
+/// No line of a table is longer.
+const LONGEST_LINE: usize = 4 << 20;
+
+/// Cuts a stream into chunks that end with a line.
+struct Cutter {
+    reader: Box<dyn Read + Send>,
+    rest: Vec<u8>,
+    done: bool,
+}
+
+impl Cutter {
+    fn next(&mut self, mut buffer: Vec<u8>) -> Result<Option<Vec<u8>>, Error> {
+        if self.done {
+            return Ok(None);
+        }
+        buffer.clear();
+        buffer.append(&mut self.rest);
+        loop {
+            let want = (CHUNK.saturating_sub(buffer.len())).max(CHUNK / 8);
+            let old = buffer.len();
+            let got = self
+                .reader
+                .by_ref()
+                .take(want as u64)
+                .read_to_end(&mut buffer)
+                .map_err(Error::read)?;
+            if got < want {
+                self.done = true;
+                return Ok(Some(buffer).filter(|b| !b.is_empty()));
+            }
+            if let Some(end) = memchr::memrchr(b'\n', &buffer[old..]) {
+                self.rest.extend_from_slice(&buffer[old + end + 1..]);
+                buffer.truncate(old + end + 1);
+                return Ok(Some(buffer));
+            }
+            if buffer.len() > LONGEST_LINE {
+                return Err(Error::data("a line is longer than 4 MiB: this is no table"));
+            }
+        }
+    }
+}
+
+enum Failure {
+    Row(RowError),
+    Read(Error),
+}
+
+type Answer = Result<Chunk, Failure>;
+
+/// The chunks of a table, parsed, in order.
+pub(crate) struct Chunks {
+    plan: Arc<RowPlan>,
+    mode: Mode,
+    /// Rows and lines handed out so far.
+    rows: u64,
+    lines: u64,
+    failed: bool,
+}
+
+enum Mode {
+    /// Read and parsed where it is asked for.
+    Inline { cutter: Cutter, buffer: Vec<u8> },
+    /// Answers come in the order of the chunks.
+    Threads { answers: Receiver<Receiver<Answer>> },
+}
+
+impl Chunks {
+    pub(crate) fn new(
+        reader: Box<dyn Read + Send>,
+        plan: RowPlan,
+        lines_before: u64,
+        threads: usize,
+    ) -> Self {
+        let plan = Arc::new(plan);
+        let cutter = Cutter {
+            reader,
+            rest: Vec::new(),
+            done: false,
+        };
+        let workers = match threads {
+            0 => thread::available_parallelism().map_or(1, usize::from),
+            n => n,
+        };
+        let mode = if workers <= 1 {
+            Mode::Inline {
+                cutter,
+                buffer: Vec::new(),
+            }
+        } else {
+            Mode::Threads {
+                answers: start(cutter, &plan, workers.min(16)),
+            }
+        };
+        Self {
+            plan,
+            mode,
+            rows: 0,
+            lines: lines_before,
+            failed: false,
+        }
+    }
+
+    /// The next chunk's rows; `false` at the end.
+    pub(crate) fn next(&mut self, block: &mut Block) -> Result<bool, Error> {
+        if self.failed {
+            return Ok(false);
+        }
+        let answer = match &mut self.mode {
+            Mode::Inline { cutter, buffer } => match cutter.next(std::mem::take(buffer)) {
+                Ok(None) => None,
+                Ok(Some(text)) => {
+                    let answer = self
+                        .plan
+                        .read(&text, std::mem::take(block))
+                        .map_err(Failure::Row);
+                    *buffer = text;
+                    Some(answer)
+                }
+                Err(e) => Some(Err(Failure::Read(e))),
+            },
+            Mode::Threads { answers } => answers.recv().ok().and_then(|one| one.recv().ok()),
+        };
+        match answer {
+            None => Ok(false),
+            Some(Ok(chunk)) => {
+                self.rows += chunk.block.rows as u64;
+                self.lines += chunk.lines;
+                *block = chunk.block;
+                Ok(true)
+            }
+            Some(Err(failure)) => {
+                self.failed = true;
+                Err(match failure {
+                    Failure::Read(e) => e,
+                    Failure::Row(e) => self.describe(&e),
+                })
+            }
+        }
+    }
+
+    fn describe(&self, error: &RowError) -> Error {
+        super::row_error(error, &self.plan, self.rows, self.lines)
+    }
+}
+
+fn start(mut cutter: Cutter, plan: &Arc<RowPlan>, workers: usize) -> Receiver<Receiver<Answer>> {
+    // The bound on answers is the bound on memory.
+    let (answers_in, answers) = sync_channel::<Receiver<Answer>>(workers + 1);
+    let (work_in, work) = sync_channel::<(Vec<u8>, SyncSender<Answer>)>(1);
+    let (spare_in, spare) = sync_channel::<Vec<u8>>(workers + 2);
+    let work = Arc::new(Mutex::new(work));
+    for _ in 0..workers {
+        let (work, plan, spare_in) = (Arc::clone(&work), Arc::clone(plan), spare_in.clone());
+        thread::spawn(move || {
+            loop {
+                let job = match work.lock() {
+                    Ok(queue) => queue.recv(),
+                    Err(_) => return,
+                };
+                let Ok((text, answer)) = job else { return };
+                let chunk = plan.read(&text, Block::default()).map_err(Failure::Row);
+                // The consumer may be gone; then nobody wants the answer.
+                let _ = answer.send(chunk);
+                let _ = spare_in.try_send(text);
+            }
+        });
+    }
+    thread::spawn(move || {
+        loop {
+            let buffer = spare.try_recv().unwrap_or_default();
+            let text = cutter.next(buffer);
+            let (answer_in, answer) = sync_channel(1);
+            let is_last = !matches!(text, Ok(Some(_)));
+            match text {
+                Ok(Some(text)) => {
+                    if answers_in.send(answer).is_err() || work_in.send((text, answer_in)).is_err()
+                    {
+                        return;
+                    }
+                }
+                Ok(None) => {}
+                Err(e) => {
+                    let _ = answer_in.send(Err(Failure::Read(e)));
+                    let _ = answers_in.send(answer);
+                }
+            }
+            if is_last {
+                return;
+            }
+        }
+    });
+    answers
+}

@@ -1,0 +1,225 @@
+//! Text tables: our own CSV, anybody's CSV, EuRoC.
+
+mod chunks;
+mod dialect;
+pub(crate) mod iso;
+pub(crate) mod number;
+mod rows;
+
+use std::io::{Cursor, Read};
+
+use self::chunks::Chunks;
+pub(crate) use self::dialect::name_and_unit;
+use self::dialect::{Dialect, Separator};
+use self::rows::{RowError, RowPlan, RowProblem};
+use crate::map::raw::{Plan, RawLayout, RawReader};
+use crate::{Block, Error};
+
+/// Bytes looked at before the first row is read.
+const SAMPLE: usize = 256 * 1024;
+
+/// A text table.
+pub(crate) struct TextTable {
+    layout: RawLayout,
+    dialect: Dialect,
+    start: Option<(Vec<u8>, Box<dyn Read + Send>)>,
+    chunks: Option<Chunks>,
+    threads: usize,
+}
+
+impl TextTable {
+    /// Looks at the first lines.
+    pub(crate) fn open(
+        mut reader: Box<dyn Read + Send>,
+        threads: usize,
+        packed: &str,
+    ) -> Result<Self, Error> {
+        let mut sample = Vec::with_capacity(SAMPLE);
+        let got = reader
+            .by_ref()
+            .take(SAMPLE as u64)
+            .read_to_end(&mut sample)
+            .map_err(Error::read)?;
+        refuse_binary(&sample)?;
+        let dialect = dialect::sniff(&sample, got < SAMPLE)?;
+        let euroc = euroc_columns(&dialect);
+        let mut layout = RawLayout {
+            has_names: dialect.has_header,
+            header_place: dialect.header_line.map(|l| format!("line {l}")),
+            ..RawLayout::default()
+        };
+        layout.columns.clone_from(&dialect.columns);
+        if let Some(channels) = euroc {
+            layout.format = format!("EuRoC data.csv{packed}");
+            for (column, (channel, unit)) in layout.columns.iter_mut().zip(channels) {
+                column.channel = Some(channel.to_owned());
+                column.unit = Some(unit.to_owned());
+            }
+        } else {
+            let parted = match dialect.separator {
+                Separator::Byte(b';') => ", parted by semicolons",
+                Separator::Byte(b'\t') => ", parted by tabs",
+                Separator::Spaces => ", parted by spaces",
+                Separator::Byte(_) => "",
+            };
+            let header = if dialect.has_header {
+                "with a header"
+            } else {
+                "without a header"
+            };
+            layout.format = format!("CSV {header}{parted}{packed}");
+        }
+        if dialect.preamble > 0 {
+            let (n, s) = (
+                dialect.preamble,
+                if dialect.preamble == 1 { "" } else { "s" },
+            );
+            layout
+                .notes
+                .push(format!("{n} line{s} before the table skipped"));
+        }
+        let text: Vec<&str> = layout
+            .columns
+            .iter()
+            .filter(|c| c.is_text)
+            .map(|c| c.name.as_str())
+            .collect();
+        if !text.is_empty() && text.iter().all(|t| !t.is_empty()) {
+            layout.notes.push(format!(
+                "columns of text left out: {}",
+                crate::map::columns::clip(&text.join(", "))
+            ));
+        }
+        if got < SAMPLE && dialect.body_start >= sample.len() {
+            return Err(Error::data("the log has a header and no rows"));
+        }
+        Ok(Self {
+            layout,
+            dialect,
+            start: Some((sample, reader)),
+            chunks: None,
+            threads,
+        })
+    }
+}
+
+impl RawReader for TextTable {
+    fn raw(&self) -> &RawLayout {
+        &self.layout
+    }
+
+    fn select(&mut self, plan: Plan) -> Result<(), Error> {
+        if let Some((mut sample, reader)) = self.start.take() {
+            sample.drain(..self.dialect.body_start.min(sample.len()));
+            let reader: Box<dyn Read + Send> = Box::new(Cursor::new(sample).chain(reader));
+            let rows = RowPlan::new(&self.dialect, plan.time, &plan.columns);
+            self.chunks = Some(Chunks::new(
+                reader,
+                rows,
+                self.dialect.body_line,
+                self.threads,
+            ));
+        }
+        Ok(())
+    }
+
+    fn read_raw(&mut self, block: &mut Block) -> Result<bool, Error> {
+        match &mut self.chunks {
+            Some(chunks) => chunks.next(block),
+            None => Ok(false),
+        }
+    }
+}
+
+/// The columns of a EuRoC `imu0/data.csv`, if it is one.
+fn euroc_columns(dialect: &Dialect) -> Option<[(&'static str, &'static str); 7]> {
+    const NAMES: [&str; 7] = [
+        "timestamp",
+        "w_RS_S_x",
+        "w_RS_S_y",
+        "w_RS_S_z",
+        "a_RS_S_x",
+        "a_RS_S_y",
+        "a_RS_S_z",
+    ];
+    let is_euroc = dialect.width == 7
+        && dialect
+            .columns
+            .iter()
+            .zip(NAMES)
+            .all(|(c, n)| c.name.trim_start_matches('#') == n);
+    is_euroc.then_some([
+        ("time", "ns"),
+        ("gyro_x", "rad/s"),
+        ("gyro_y", "rad/s"),
+        ("gyro_z", "rad/s"),
+        ("accel_x", "m/s^2"),
+        ("accel_y", "m/s^2"),
+        ("accel_z", "m/s^2"),
+    ])
+}
+
+fn refuse_binary(sample: &[u8]) -> Result<(), Error> {
+    if sample.starts_with(b"\xFF\xFE") || sample.starts_with(b"\xFE\xFF") {
+        return Err(Error::data("the text is in UTF-16").advise("save it as UTF-8"));
+    }
+    let odd = sample
+        .iter()
+        .filter(|&&c| c < 9 || (c > 13 && c < 32) || c == 127)
+        .count();
+    if sample.contains(&0) || odd * 100 > sample.len() {
+        return Err(Error::data(
+            "the format is not known: neither text nor a known binary log",
+        ));
+    }
+    Ok(())
+}
+
+/// The sentence of a row that cannot be read.
+fn row_error(error: &RowError, plan: &RowPlan, rows_before: u64, lines_before: u64) -> Error {
+    let width = plan.width();
+    let table = if plan.has_header { "header" } else { "table" };
+    let row = grouped(rows_before + error.rows + 1);
+    let line = format!("line {}", grouped(lines_before + error.lines + 1));
+    match &error.what {
+        RowProblem::Width { found } => {
+            let cells = if *found == 1 { "cell" } else { "cells" };
+            Error::data(format!(
+                "row {row} has {found} {cells} where the {table} has {width}"
+            ))
+            .at(line)
+        }
+        RowProblem::Text { column, cell, .. } if cell.is_empty() => {
+            Error::data(format!("row {row} has no time")).at(format!("{line}, column {column}"))
+        }
+        RowProblem::Text {
+            column,
+            cell,
+            is_date,
+        } => {
+            let what = if *is_date {
+                "no ISO 8601 date"
+            } else {
+                "not a number"
+            };
+            Error::data(format!("`{cell}` in row {row} is {what}"))
+                .at(format!("{line}, column {column}"))
+        }
+    }
+}
+
+/// A count with thousands parted by spaces from five digits on.
+pub(crate) fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    if digits.len() < 5 {
+        return digits;
+    }
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(c);
+    }
+    out
+}
