@@ -41,26 +41,22 @@ struct Row<'a> {
 impl IssueTimeline {
     /// The figure with its wide and narrow drawings.
     pub fn figure(&self) -> Figure {
-        Figure::new(
+        self.figure_and_cuts().0
+    }
+
+    /// The figure, and the sentences that its wide and its narrow drawing had to cut, in full.
+    pub fn figure_and_cuts(&self) -> (Figure, Vec<String>, Vec<String>) {
+        let (wide, wide_cuts) = self.draw(WIDE_WIDTH, false);
+        let (narrow, narrow_cuts) = self.draw(PANEL_WIDTH, true);
+        let figure = Figure::new(
             "issues",
             "",
             "",
             "Findings on the time axis. Orange: warning. Blue: note.",
-            self.draw(WIDE_WIDTH, false),
+            wide,
         )
-        .with_narrow(self.draw(PANEL_WIDTH, true))
-    }
-
-    /// Sentences that a drawing had to cut, in full.
-    pub fn cut_sentences(&self) -> Vec<String> {
-        self.rows()
-            .iter()
-            .filter(|row| {
-                let text = format!("{}: {}", row.first.channel, row.text);
-                text_width(&text, FONT, true) > PANEL_WIDTH - 34.0
-            })
-            .map(|row| format!("{}: {}", row.first.channel, row.text))
-            .collect()
+        .with_narrow(narrow);
+        (figure, wide_cuts, narrow_cuts)
     }
 
     fn rows(&self) -> Vec<Row<'_>> {
@@ -89,7 +85,8 @@ impl IssueTimeline {
         rows
     }
 
-    fn draw(&self, width: f64, narrow: bool) -> Svg {
+    fn draw(&self, width: f64, narrow: bool) -> (Svg, Vec<String>) {
+        let mut cuts = Vec::new();
         let rows = self.rows();
         let step = if narrow { 34.0 } else { 25.0 };
         let names = rows
@@ -161,14 +158,19 @@ impl IssueTimeline {
                 row.text.clone()
             };
             let (at, anchor, room) = place_text(area.x, area.w, &edges, narrow || long);
-            let text = fit(&text, room);
+            let shown = fit(&text, room);
+            if shown != text {
+                cuts.push(format!("{}: {}", row.first.channel, row.text));
+            }
+            let text = shown;
             let y = if narrow { top + 14.0 } else { top + 15.5 };
             plot.raw(&halo_text((at, y), anchor, &text, style));
         }
-        plot.finish(
+        let svg = plot.finish(
             "Findings during the recording, on the time axis",
             "Each row is a finding with its sentence.",
-        )
+        );
+        (svg, cuts)
     }
 }
 

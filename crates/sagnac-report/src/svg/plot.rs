@@ -356,7 +356,7 @@ impl Plot {
         self
     }
 
-    #[cfg_attr(not(test), allow(dead_code, reason = "used by the next plots"))]
+    #[allow(dead_code, reason = "for plots with straight lines")]
     /// A straight line between two points of the data.
     pub(crate) fn line(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink<'_>) -> &mut Self {
         self.curve(&[a.0, b.0], &[a.1, b.1], ink)
