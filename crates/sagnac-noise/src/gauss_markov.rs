@@ -5,7 +5,10 @@
 
 use core::f64::consts::PI;
 
+use crate::frame::{Frame, Generator, OneNormal, Scratch};
 use crate::math::{bridged_variance, mean_decay, mean_of_mean_decay, sin2_pi};
+
+use crate::stream::{Purpose, StreamKey};
 
 /// Gauss–Markov process of standard deviation σ (rad/s, or m/s²) and correlation time T_c.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,5 +53,45 @@ impl GaussMarkov {
             return 0.0;
         }
         self.sigma * self.sigma * bridged_variance(tau_s / self.correlation_time_s)
+    }
+}
+
+/// Gauss–Markov samples with the joint law of the interval means of a stationary process.
+///
+/// With end values x_k = φx_{k−1} + e₁ and means y_k = (1−φ)/h·x_{k−1} + e₂ the φ-differences
+/// y_k − φy_{k−1} are correlated between neighbours only: one normal number a sample by the
+/// innovations recursion, from y₁ of variance σ²c₀ on.
+#[derive(Debug, Clone)]
+pub struct GaussMarkovGenerator(OneNormal);
+
+impl GaussMarkovGenerator {
+    /// Gauss–Markov process at sampling interval `dt_s`; `place` 0 is that of `bias.instability`,
+    /// from 1 on the list of `noise`.
+    pub fn new(term: GaussMarkov, dt_s: f64, key: StreamKey, place: u32) -> Self {
+        let h = dt_s / term.correlation_time_s;
+        let phi = libm::exp(-h);
+        let decay = mean_decay(h);
+        let power = term.sigma * term.sigma;
+        // Variances of e₁, e₂ and their covariance.
+        let end = -libm::expm1(-2.0 * h);
+        let mean = bridged_variance(h);
+        let both = h * decay * decay;
+        let variance = decay * decay * end + (1.0 + phi * phi) * mean - 2.0 * decay * phi * both;
+        let covariance = decay * both - phi * mean;
+        let first = 2.0 * mean_of_mean_decay(h);
+        let stream = key.stream(Purpose::GaussMarkov, place);
+        Self(OneNormal::new(
+            stream,
+            phi,
+            power * first,
+            power * variance,
+            power * covariance,
+        ))
+    }
+}
+
+impl Generator for GaussMarkovGenerator {
+    fn add_frame(&mut self, frame: &mut Frame, scratch: &mut Scratch) {
+        self.0.add_frame(frame, scratch);
     }
 }

@@ -2,6 +2,9 @@
 //!
 //! The mean of white noise over dt has the standard deviation N/√dt, never N, never N·√dt.
 
+use crate::frame::{Frame, Generator, Scratch};
+use crate::stream::{Purpose, Stream, StreamKey};
+
 /// White noise of two-sided density N.
 ///
 /// Unit of N: rad/√s (gyro, "angle random walk") or m/s/√s (accelerometer, "velocity random walk").
@@ -25,5 +28,31 @@ impl White {
     /// Standard deviation N/√dt of one sample.
     pub fn sample_sigma(&self, dt_s: f64) -> f64 {
         self.density / libm::sqrt(dt_s)
+    }
+}
+
+/// White noise samples: N/√dt·n_k.
+#[derive(Debug, Clone)]
+pub struct WhiteGenerator {
+    stream: Stream,
+    sigma: f64,
+}
+
+impl WhiteGenerator {
+    /// White noise at sampling interval `dt_s` on the stream of `key`.
+    pub fn new(term: White, dt_s: f64, key: StreamKey) -> Self {
+        Self {
+            stream: key.stream(Purpose::White, 0),
+            sigma: term.sample_sigma(dt_s),
+        }
+    }
+}
+
+impl Generator for WhiteGenerator {
+    fn add_frame(&mut self, frame: &mut Frame, scratch: &mut Scratch) {
+        scratch.next_normals(&mut self.stream);
+        for (sample, normal) in frame.iter_mut().zip(&scratch.normals) {
+            *sample += self.sigma * normal;
+        }
     }
 }
