@@ -2,6 +2,7 @@
 
 mod calibration;
 mod catalog_table;
+pub mod catalogue;
 mod entry;
 mod error;
 mod json;
@@ -18,6 +19,7 @@ mod write;
 
 pub use calibration::Calibration;
 pub use catalog_table::{CatalogTable, Conflict, OtherValue, PRICE_CLASSES};
+pub use catalogue::{Catalogue, Filter, SortKey};
 pub use entry::Entry;
 pub use error::Error;
 pub use model::{Model, Process, ThermalTerm};
