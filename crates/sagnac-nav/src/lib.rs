@@ -14,9 +14,12 @@
 //! ```
 
 pub mod attitude;
+pub mod covariance;
+pub mod drift;
 pub mod earth;
 pub mod ellipse;
 mod error;
+pub mod sensor;
 pub mod spline;
 pub mod strapdown;
 pub mod trajectory;
