@@ -5,9 +5,22 @@
 //! regressors are profiled out. For white noise and random walk this is the exact likelihood. Sources: [IEEE952] for the
 //! terms, [Whittle1953] for the likelihood.
 
+mod bins;
+mod checks;
 mod dct;
+mod estimate;
+mod goodness;
+mod likelihood;
+mod linear;
+mod lines;
+mod profile;
+mod regress;
+mod select;
 mod spectra;
+mod terms;
 mod types;
+
+pub use estimate::estimate;
 
 pub use types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,

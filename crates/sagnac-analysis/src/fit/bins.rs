@@ -1,0 +1,298 @@
+//! The coefficients of a log's segments, gathered into bins narrow enough that nothing measurable is lost.
+//!
+//! The lowest coefficients of each segment stand alone; from there on bins are 4 % wide in frequency, shared by all
+//! segments. A bin keeps Σ c², and for regressors Σ c·a and Σ a², so that they are profiled out without the log.
+
+use super::spectra;
+use std::ops::Range;
+
+/// One segment's transform.
+#[derive(Debug, Clone)]
+pub(crate) struct SegmentSpectrum {
+    /// Start [s].
+    pub start_s: f64,
+    /// Length in samples of the transform.
+    pub n: usize,
+    /// Coefficients c_0 (zero) to c_{n−1}, in units of the scale.
+    pub coefficients: Vec<f64>,
+    /// Coefficients that belong to lines and stay out, sorted.
+    pub excluded: Vec<Range<usize>>,
+}
+
+/// A column of the regression: its coefficients per segment, from j = 0, zero beyond the end of each list.
+pub(crate) type Column = Vec<Vec<f64>>;
+
+/// A run of coefficients of one segment that falls into one bin.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    bin: usize,
+    first: usize,
+    end: usize,
+}
+
+/// Where each coefficient of each segment goes.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    pieces: Vec<Vec<Piece>>,
+    bins: usize,
+}
+
+/// Sums over bins of one log.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct BinnedLog {
+    /// Center of each bin, u = f·dt.
+    pub u: Vec<f64>,
+    /// 4 sin²(πu) at the three Gauss points of each bin.
+    pub nodes: Vec<[f64; 3]>,
+    /// Effective coefficient number (harmonic mean).
+    pub j: Vec<f64>,
+    /// Effective segment length (harmonic mean).
+    pub n: Vec<f64>,
+    /// Coefficients in the bin.
+    pub count: Vec<f64>,
+    /// Σ c².
+    pub yy: Vec<f64>,
+    /// Σ c·a, a row a bin.
+    pub ya: Vec<f64>,
+    /// Σ a·a, a full square a bin.
+    pub aa: Vec<f64>,
+    /// Number of columns.
+    pub columns: usize,
+    /// Shapes of Q, N, B, K.
+    pub basis: [Vec<f64>; 4],
+}
+
+const SINGLES: usize = 48;
+const RATIO: f64 = 1.04;
+
+impl Layout {
+    /// Bins for segments of these lengths.
+    pub(crate) fn new(segments: &[SegmentSpectrum]) -> Self {
+        let count = segments.len().max(1);
+        let singles = ((SINGLES as f64 / (count as f64).sqrt()) as usize).clamp(3, SINGLES);
+        let lowest = segments
+            .iter()
+            .filter(|s| s.n > singles + 1)
+            .map(|s| (singles + 1) as f64 / (2.0 * s.n as f64))
+            .fold(0.5, f64::min);
+        let grid_of = |u: f64| ((u / lowest).ln() / RATIO.ln()).floor().max(0.0) as usize;
+        let mut bins = 0;
+        let mut pieces = Vec::with_capacity(segments.len());
+        let mut shared: Vec<Option<usize>> = Vec::new();
+        for segment in segments {
+            let mut own = Vec::new();
+            let n = segment.n;
+            for j in 1..=singles.min(n.saturating_sub(1)) {
+                own.push(Piece {
+                    bin: bins,
+                    first: j,
+                    end: j + 1,
+                });
+                bins += 1;
+            }
+            let mut j = singles + 1;
+            while j < n {
+                let cell = grid_of(j as f64 / (2.0 * n as f64) * (1.0 + 1e-12));
+                let upper = lowest * RATIO.powi(cell as i32 + 1) * 2.0 * n as f64;
+                let end = (upper.ceil() as usize).clamp(j + 1, n);
+                if shared.len() <= cell {
+                    shared.resize(cell + 1, None);
+                }
+                let bin = *shared[cell].get_or_insert_with(|| {
+                    bins += 1;
+                    bins - 1
+                });
+                own.push(Piece { bin, first: j, end });
+                j = end;
+            }
+            pieces.push(own);
+        }
+        Self { pieces, bins }
+    }
+
+    /// The runs of coefficients of segment `s` that share a bin: first, end.
+    pub(crate) fn spans(&self, s: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.pieces[s].iter().map(|p| (p.first, p.end))
+    }
+
+    /// Sums the coefficients into bins, those at u > `cut` left out.
+    pub(crate) fn sum(
+        &self,
+        segments: &[SegmentSpectrum],
+        columns: &[Column],
+        cut: f64,
+    ) -> BinnedLog {
+        let p = columns.len();
+        let bins = self.bins;
+        let mut count = vec![0.0; bins];
+        let mut yy = vec![0.0; bins];
+        let mut ya = vec![0.0; bins * p];
+        let mut aa = vec![0.0; bins * p * p];
+        let mut inverse_j = vec![0.0; bins];
+        let mut inverse_n = vec![0.0; bins];
+        let mut low = vec![f64::INFINITY; bins];
+        let mut high = vec![0.0_f64; bins];
+        for (s, segment) in segments.iter().enumerate() {
+            let step = 1.0 / (2.0 * segment.n as f64);
+            for piece in &self.pieces[s] {
+                let last = ((cut / step).floor() as usize + 1).min(piece.end);
+                if last <= piece.first {
+                    continue;
+                }
+                let b = piece.bin;
+                let mut number = 0.0;
+                let mut add = |range: Range<usize>| {
+                    if range.is_empty() {
+                        return;
+                    }
+                    number += range.len() as f64;
+                    yy[b] += sum_of_squares(&segment.coefficients[range.clone()]);
+                    for (i, column) in columns.iter().enumerate() {
+                        let a = &column[s];
+                        let reach = range.start.min(a.len())..range.end.min(a.len());
+                        if reach.is_empty() {
+                            continue;
+                        }
+                        ya[b * p + i] +=
+                            dot(&segment.coefficients[reach.clone()], &a[reach.clone()]);
+                        for (k, other) in columns.iter().enumerate().take(i + 1) {
+                            let o = &other[s];
+                            let both = reach.start.min(o.len())..reach.end.min(o.len());
+                            let value = dot(&a[both.clone()], &o[both]);
+                            aa[(b * p + i) * p + k] += value;
+                            if k != i {
+                                aa[(b * p + k) * p + i] += value;
+                            }
+                        }
+                    }
+                };
+                let mut at = piece.first;
+                for gap in &segment.excluded {
+                    if gap.end <= at || gap.start >= last {
+                        continue;
+                    }
+                    add(at..gap.start.max(at));
+                    at = gap.end.max(at);
+                }
+                if at < last {
+                    add(at..last);
+                }
+                if number == 0.0 {
+                    continue;
+                }
+                count[b] += number;
+                let middle = 0.5 * (piece.first + last - 1) as f64;
+                inverse_j[b] += number / middle;
+                inverse_n[b] += number / segment.n as f64;
+                if last - piece.first == 1 {
+                    low[b] = low[b].min(piece.first as f64 * step);
+                    high[b] = high[b].max(piece.first as f64 * step);
+                } else {
+                    low[b] = low[b].min((piece.first as f64 - 0.5) * step);
+                    high[b] = high[b].max((last as f64 - 0.5) * step);
+                }
+            }
+        }
+        let mut out = BinnedLog {
+            columns: p,
+            ..BinnedLog::default()
+        };
+        for b in 0..bins {
+            if count[b] == 0.0 {
+                continue;
+            }
+            out.push_shape(
+                (low[b], high[b]),
+                count[b],
+                count[b] / inverse_j[b],
+                count[b] / inverse_n[b],
+            );
+            out.yy.push(yy[b]);
+            out.ya.extend_from_slice(&ya[b * p..(b + 1) * p]);
+            out.aa.extend_from_slice(&aa[b * p * p..(b + 1) * p * p]);
+        }
+        out
+    }
+}
+
+impl BinnedLog {
+    /// The bins of one segment of `n` samples without its data, for the information that such a log holds.
+    pub(crate) fn empty(n: usize) -> Self {
+        let mut out = Self::default();
+        let step = 1.0 / (2.0 * n as f64);
+        let mut first = 1;
+        while first < n {
+            let end = if first <= SINGLES {
+                first + 1
+            } else {
+                ((first as f64 * RATIO).ceil() as usize).min(n)
+            };
+            let number = (end - first) as f64;
+            let span = if end - first == 1 {
+                (first as f64 * step, first as f64 * step)
+            } else {
+                ((first as f64 - 0.5) * step, (end as f64 - 0.5) * step)
+            };
+            out.push_shape(span, number, 0.5 * (first + end - 1) as f64, n as f64);
+            out.yy.push(number);
+            first = end;
+        }
+        out
+    }
+
+    /// Adds a bin over u from `span.0` to `span.1` (one coefficient where they are equal).
+    fn push_shape(&mut self, span: (f64, f64), count: f64, j: f64, n: f64) {
+        let center = 0.5 * (span.0 + span.1);
+        let half = 0.5 * (span.1 - span.0);
+        let points = [
+            center - half * 0.6_f64.sqrt(),
+            center,
+            center + half * 0.6_f64.sqrt(),
+        ];
+        // A bin of one number of coefficient has a whole j; others take the smooth form between.
+        let j = if half == 0.0 {
+            j.round()
+        } else {
+            j.floor() + 0.5
+        };
+        self.u.push(center);
+        self.nodes.push(points.map(spectra::quantization));
+        self.j.push(j);
+        self.n.push(n);
+        self.count.push(count);
+        let quadrature = |shape: &dyn Fn(f64) -> f64| {
+            if half == 0.0 {
+                shape(center)
+            } else {
+                (5.0 * shape(points[0]) + 8.0 * shape(points[1]) + 5.0 * shape(points[2])) / 18.0
+            }
+        };
+        let q = quadrature(&spectra::quantization);
+        self.basis[0].push(q + (4.0 - q) / n);
+        self.basis[1].push(1.0);
+        self.basis[2].push(quadrature(&spectra::flicker) * spectra::flicker_end_factor(j));
+        self.basis[3].push(quadrature(&spectra::random_walk));
+    }
+}
+
+fn sum_of_squares(x: &[f64]) -> f64 {
+    dot(x, x)
+}
+
+/// Sum of products in eight lanes, so that the compiler can keep them apart.
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let mut lanes = [0.0_f64; 8];
+    let (mut xs, mut ys) = (x.chunks_exact(8), y.chunks_exact(8));
+    for (a, b) in (&mut xs).zip(&mut ys) {
+        for k in 0..8 {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = xs
+        .remainder()
+        .iter()
+        .zip(ys.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
+    lanes.iter().sum::<f64>() + rest
+}

@@ -1,0 +1,405 @@
+//! What the data show beside noise: a filter, a step, warm-up, changing scatter, coarse rounding, a model that fails.
+//!
+//! Thresholds: a step or a warm-up needs 2 Δ ln L > 25; a changing scatter > 10 % and > 6 of its own standard errors; a
+//! filter leaves the top octave > 3 dB under the white level and falling.
+
+use super::estimate::{Active, ActiveKind, Work, spectrum_at};
+use super::goodness;
+use super::likelihood::{Problem, Solution};
+use super::select;
+use super::types::{AxisData, Candidates, Finding, FindingKind, Segment};
+use std::f64::consts::PI;
+
+/// The corner (in u) below which the terms explain the spectrum, where the log was filtered.
+pub(super) fn filter_corner(
+    work: &Work,
+    problem: &Problem,
+    solution: &Solution,
+    candidates: &Candidates,
+) -> Option<f64> {
+    // A log that its terms explain is not filtered.
+    let power = problem.residual_power(solution);
+    let fit = problem.spectrum(&solution.parameters);
+    let p = goodness::p_value(&power, &fit, &problem.count, 4)?;
+    if p > 1e-4 {
+        return None;
+    }
+    let band = |low: f64, high: f64, values: &[f64]| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for b in 0..values.len() {
+            if problem.u[b] >= low && problem.u[b] < high {
+                sum += problem.count[b] * values[b];
+                count += problem.count[b];
+            }
+        }
+        (sum / count, count)
+    };
+    let (top, top_count) = band(0.25, 0.5, &power);
+    let (high, _) = band(0.4, 0.5, &power);
+    let (low, _) = band(0.25, 0.35, &power);
+    if top_count < 32.0 || high >= low {
+        return None;
+    }
+    let mut plain = *candidates;
+    plain.gauss_markov = candidates.gauss_markov.min(1);
+    plain.quantization = false;
+    let mut filtered = false;
+    let mut cut = 0.5;
+    let mut last = None;
+    while cut > 0.002 {
+        cut *= std::f64::consts::FRAC_1_SQRT_2;
+        let log = work.layout.sum(&work.segments, &[], cut);
+        let part = Problem::new(&[&log], false);
+        if part.coefficients() < 200.0 {
+            break;
+        }
+        let (fit, _, _) = select::grow(&part, &plain);
+        if !filtered {
+            let white = fit.parameters[super::likelihood::N];
+            filtered = white > 0.0 && top < 0.5 * white;
+        }
+        let measured = part.residual_power(&fit);
+        let model = part.spectrum(&fit.parameters);
+        let explained = goodness::p_value(&measured, &model, &part.count, 3).unwrap_or(1.0) > 0.01;
+        if filtered {
+            last = Some(cut);
+            if explained {
+                return Some(cut);
+            }
+        }
+    }
+    last.filter(|_| filtered)
+}
+
+/// Number of coefficients and places of the search for a step.
+const STEP_COEFFICIENTS: usize = 1024;
+const STEP_PLACES: usize = 1024;
+
+/// The likeliest place of a step: segment and sample, where its score against the fitted noise is worth a fit.
+pub(super) fn find_step(
+    work: &Work,
+    segments: &[Segment<'_>],
+    active: &[Active],
+    now: &Solution,
+) -> Option<(usize, usize)> {
+    let mut best: Option<(f64, usize, usize)> = None;
+    for (s, segment) in work.segments.iter().enumerate() {
+        let n = segment.n;
+        let edge = ((0.02 * work.samples as f64) as usize).max(10);
+        if n < 2 * edge + 10 || n < 128 {
+            continue;
+        }
+        let reach = STEP_COEFFICIENTS.min(n);
+        let spectrum: Vec<f64> = (0..reach)
+            .map(|j| {
+                if j == 0 {
+                    return f64::INFINITY;
+                }
+                spectrum_at(&now.parameters, j as f64 / (2.0 * n as f64)).max(1e-300)
+            })
+            .collect();
+        let residual: Vec<f64> = (0..reach)
+            .map(|j| {
+                let mut c = segment.coefficients[j];
+                for (i, a) in active.iter().enumerate() {
+                    c -= now.beta[0][i] * a.column[s].get(j).copied().unwrap_or(0.0);
+                }
+                c
+            })
+            .collect();
+        let weight: Vec<f64> = (0..reach)
+            .map(|j| {
+                if j == 0 {
+                    return 0.0;
+                }
+                -(2.0 / n as f64).sqrt() * 0.5 / (PI * j as f64 / (2.0 * n as f64)).sin()
+            })
+            .collect();
+        // sin and sin² at multiples of π/places.
+        let places = STEP_PLACES.min(n);
+        let table: Vec<f64> = (0..2 * places)
+            .map(|m| (PI * m as f64 / places as f64).sin())
+            .collect();
+        let front: Vec<f64> = (0..reach)
+            .map(|j| residual[j] * weight[j] / spectrum[j])
+            .collect();
+        let energy: Vec<f64> = (0..reach)
+            .map(|j| weight[j] * weight[j] / spectrum[j])
+            .collect();
+        let score = |place: usize| {
+            let (mut h, mut m) = (0.0, 0.0);
+            let mut at = 0;
+            for j in 1..reach {
+                at += place;
+                if at >= 2 * places {
+                    at -= 2 * places;
+                }
+                let sine = table[at];
+                h += front[j] * sine;
+                m += energy[j] * sine * sine;
+            }
+            if m > 0.0 { h * h / m } else { 0.0 }
+        };
+        let first = (edge * places).div_ceil(n).max(1);
+        let end = places - first;
+        for place in first..end {
+            let value = score(place);
+            if value > 9.0 && best.is_none_or(|b| value > b.0) {
+                best = Some((value, s, place * n / places));
+            }
+        }
+    }
+    let (_, s, at) = best?;
+    Some((s, sharpen(work, segments, s, at, now)))
+}
+
+/// The sample between whose sides the means differ most, near a coarse place, weighed as white noise.
+fn sharpen(work: &Work, segments: &[Segment<'_>], s: usize, at: usize, now: &Solution) -> usize {
+    let n = work.segments[s].n;
+    let coarse = n / STEP_PLACES.min(n) + 1;
+    // Where white noise gives way to slower terms the means compared need not be longer.
+    let white = now.parameters[super::likelihood::N];
+    let knee = (1..16)
+        .map(|k| 0.25 / f64::from(1 << k))
+        .find(|&u| spectrum_at(&now.parameters, u) > 2.0 * white)
+        .unwrap_or(1e-4);
+    let half = ((0.25 / knee) as usize).clamp(4 * coarse, 64 * coarse + 64);
+    let (from, to) = (at.saturating_sub(2 * coarse), (at + 2 * coarse).min(n));
+    let samples = segments[s].samples;
+    let (low, high) = (from.saturating_sub(half), (to + half).min(n));
+    let mut sums = vec![0.0];
+    for y in &samples[low..high] {
+        sums.push(sums[sums.len() - 1] + (y - samples[low]));
+    }
+    let mut best = (0.0, at);
+    for k in from.max(low + 1)..to.min(high - 1) {
+        let (a, b) = (k.saturating_sub(half).max(low), (k + half).min(high));
+        let (left, right) = ((k - a) as f64, (b - k) as f64);
+        let change =
+            (sums[b - low] - sums[k - low]) / right - (sums[k - low] - sums[a - low]) / left;
+        let score = change * change / (1.0 / left + 1.0 / right);
+        if score > best.0 {
+            best = (score, k);
+        }
+    }
+    best.1
+}
+
+/// Findings of the regressors that were taken in: steps and warm-up.
+pub(super) fn regressor_findings(
+    work: &Work,
+    active: &[Active],
+    best: &Solution,
+    data: &AxisData<'_>,
+    end_s: f64,
+) -> Vec<Finding> {
+    let mut out = Vec::new();
+    for (i, a) in active.iter().enumerate() {
+        let height = best.beta[0][i] * work.scale;
+        match a.kind {
+            ActiveKind::Step(s, at) => {
+                let time = work.segments[s].start_s + at as f64 * work.step_s;
+                out.push(Finding {
+                    kind: FindingKind::Step,
+                    start_s: time,
+                    end_s: time,
+                    count: 1,
+                    size: Some(height),
+                    text: format!("the mean changes by {height:.3e} at {time:.1} s"),
+                });
+            }
+            ActiveKind::WarmUp(tau) => {
+                let time = tau * work.step_s;
+                let end = (5.0 * time).min(end_s);
+                let hint = if data.temperature.is_none() {
+                    "; no temperature was recorded"
+                } else {
+                    ""
+                };
+                out.push(Finding {
+                    kind: FindingKind::WarmUp,
+                    start_s: 0.0,
+                    end_s: end,
+                    count: (end / work.step_s) as usize,
+                    size: Some(height),
+                    text: format!(
+                        "settles by {height:.3e} with a time of {time:.0} s from the start{hint}"
+                    ),
+                });
+            }
+            ActiveKind::Ramp | ActiveKind::Temperature(_) => {}
+        }
+    }
+    out
+}
+
+/// Where the model fails most: the octave with the largest excess of deviance.
+pub(super) fn misfit(
+    problem: &Problem,
+    power: &[f64],
+    fit: &[f64],
+    step_s: f64,
+    p: f64,
+    end_s: f64,
+    samples: usize,
+) -> Finding {
+    let mut octaves: Vec<(i32, f64, f64)> = Vec::new();
+    for b in 0..power.len() {
+        let octave = problem.u[b].log2().floor() as i32;
+        let n = problem.count[b];
+        match octaves.iter_mut().find(|o| o.0 == octave) {
+            Some(o) => {
+                o.1 += n * power[b] / fit[b];
+                o.2 += n;
+            }
+            None => octaves.push((octave, n * power[b] / fit[b], n)),
+        }
+    }
+    let worst = octaves
+        .iter()
+        .map(|&(octave, sum, n)| (octave, sum / n, (sum / n - 1.0).abs() * (n / 2.0).sqrt()))
+        .max_by(|a, b| a.2.total_cmp(&b.2));
+    let (low, ratio) = worst.map_or((0.0, 1.0), |(octave, ratio, _)| {
+        (f64::from(octave).exp2() / step_s, ratio)
+    });
+    let percent = (100.0 * (ratio - 1.0)).round();
+    let side = if percent < 0.0 { "below" } else { "above" };
+    Finding {
+        kind: FindingKind::Misfit,
+        start_s: 0.0,
+        end_s,
+        count: samples,
+        size: Some(low),
+        text: format!(
+            "no mixture of the terms explains the spectrum (p = {p:.1e}): from {low:.3e} to {:.3e} Hz it lies {} % {side} the fit; intervals are conditional",
+            2.0 * low,
+            percent.abs(),
+        ),
+    }
+}
+
+/// Scatter of first differences over √2 of a stretch, robust or (for coarse steps) clipped.
+fn difference_scatter(samples: &[f64], lsb: Option<f64>, most: usize) -> (f64, usize) {
+    let pairs = samples.len().saturating_sub(1);
+    let stride = pairs.div_ceil(most).max(1);
+    let mut differences: Vec<f64> = (0..pairs)
+        .step_by(stride)
+        .map(|k| (samples[k + 1] - samples[k]).abs())
+        .collect();
+    let n = differences.len();
+    if n == 0 {
+        return (0.0, 0);
+    }
+    let (_, &mut median, _) = differences.select_nth_unstable_by(n / 2, f64::total_cmp);
+    let robust = 1.4826 * median / std::f64::consts::SQRT_2;
+    let coarse = median == 0.0 || lsb.is_some_and(|q| robust < 4.0 * q);
+    if !coarse {
+        return (robust, n);
+    }
+    let rms = (differences.iter().map(|d| d * d).sum::<f64>() / n as f64).sqrt();
+    // Knocks are clipped at six times the scatter.
+    let clipped = (differences
+        .iter()
+        .map(|d| d.min(6.0 * rms.min(3.0 * robust.max(0.2 * rms))).powi(2))
+        .sum::<f64>()
+        / n as f64)
+        .sqrt();
+    (clipped / std::f64::consts::SQRT_2, n)
+}
+
+/// Rounding too coarse for the noise; whether so coarse that Q and N are bounded only (σ_w < 0.7 LSB).
+pub(super) fn rounding(data: &AxisData<'_>, end_s: f64) -> Option<(Finding, bool)> {
+    let lsb = data.lsb.filter(|q| *q > 0.0)?;
+    let longest = data.segments.iter().max_by_key(|s| s.samples.len())?;
+    let (sigma, _) = difference_scatter(longest.samples, Some(lsb), 200_000);
+    let ratio = sigma / lsb;
+    if ratio >= 1.5 {
+        return None;
+    }
+    let coarse = ratio < 0.7;
+    let rest = if coarse {
+        ": quantization and white noise are bounded only"
+    } else {
+        ""
+    };
+    Some((
+        Finding {
+            kind: FindingKind::Quantization,
+            start_s: 0.0,
+            end_s,
+            count: data.segments.iter().map(|s| s.samples.len()).sum(),
+            size: Some(ratio),
+            text: format!("the scatter is {ratio:.2} of a step{rest}"),
+        },
+        coarse,
+    ))
+}
+
+/// A stretch of at least a tenth of the log whose scatter differs from the rest.
+pub(super) fn non_stationary(data: &AxisData<'_>) -> Option<Finding> {
+    const PARTS: usize = 20;
+    let total: usize = data.segments.iter().map(|s| s.samples.len()).sum();
+    if total < 40 * PARTS {
+        return None;
+    }
+    // Parts of equal length; a part does not cross a gap.
+    let size = total / PARTS;
+    let mut parts: Vec<(f64, f64, f64, f64)> = Vec::new();
+    for segment in data.segments {
+        let count = (segment.samples.len() / size).max(1);
+        for i in 0..count {
+            let n = segment.samples.len();
+            let (from, to) = (i * n / count, (i + 1) * n / count);
+            if to - from < 32 {
+                continue;
+            }
+            let (sigma, pairs) = difference_scatter(&segment.samples[from..to], data.lsb, 20_000);
+            let start = segment.start_s + from as f64 * data.step_s;
+            let end = segment.start_s + to as f64 * data.step_s;
+            parts.push((sigma, pairs as f64, start, end));
+        }
+    }
+    let m = parts.len();
+    if m < 5 {
+        return None;
+    }
+    let sum = |range: &mut dyn Iterator<Item = usize>| {
+        let (mut s, mut n) = (0.0, 0.0);
+        for i in range {
+            s += parts[i].0 * parts[i].1;
+            n += parts[i].1;
+        }
+        (s / n, n)
+    };
+    let mut worst: Option<(f64, usize, usize, f64)> = None;
+    for length in 2..=m / 2 {
+        for from in 0..=m - length {
+            let (inside, n_in) = sum(&mut (from..from + length));
+            let (outside, n_out) = sum(&mut (0..from).chain(from + length..m));
+            if outside <= 0.0 || inside <= 0.0 {
+                continue;
+            }
+            let change = inside / outside - 1.0;
+            // Of a median of differences of white noise; the neighbours' correlation is in the factor.
+            let error = 1.4 * (1.0 / n_in + 1.0 / n_out).sqrt();
+            let score = change.abs() / error;
+            if change.abs() > 0.1 && score > 6.0 && worst.is_none_or(|w| score > w.0) {
+                worst = Some((score, from, length, change));
+            }
+        }
+    }
+    let (_, from, length, change) = worst?;
+    let (start_s, end_s) = (parts[from].2, parts[from + length - 1].3);
+    let side = if change > 0.0 { "above" } else { "below" };
+    Some(Finding {
+        kind: FindingKind::NonStationary,
+        start_s,
+        end_s,
+        count: ((end_s - start_s) / data.step_s) as usize,
+        size: Some(change),
+        text: format!(
+            "the scatter is {:.0} % {side} the rest of the log",
+            100.0 * change.abs()
+        ),
+    })
+}
