@@ -1,0 +1,188 @@
+"""Bias, coverage, efficiency and selection of the joint estimate against known truth.
+
+usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners] [--json F]
+PROGRAM is the built example `fit_axes`. Every mixture draws from its own declared stream default_rng([seed, number]).
+"""
+import argparse
+import json
+import subprocess
+import sys
+import time
+import numpy as np
+from axes import bounds, clearness, draw
+
+H = 180_000, 0.02  # 1 h at 50 Hz
+SETS = {
+    "basic": {
+        "N": (H, {"N": 1}),
+        "NB": (H, {"N": 1, "B": 0.3}),
+        "NBK": (H, {"N": 1, "B": 0.3, "K": 0.06}),
+        "QN": (H, {"Q": 0.05, "N": 1}),
+        "NGM": (H, {"N": 1, "GM": [(0.8, 5)]}),
+    },
+    "wide": {
+        "NK": (H, {"N": 1, "K": 0.03}),
+        "QNBK": (H, {"Q": 0.05, "N": 1, "B": 0.3, "K": 0.08}),
+        "NR": (H, {"N": 1, "R": 5e-4}),
+        "NBGM": (H, {"N": 1, "B": 0.3, "GM": [(1, 2)]}),
+        "N2GM": (H, {"N": 1, "GM": [(2, 0.5), (0.8, 30)]}),
+        "Nline": (H, {"N": 1, "B": 0.3, "line": [(0.25, 3.3)]}),
+        "NBKR": (H, {"N": 1, "B": 0.3, "K": 0.06, "R": 2e-3}),
+    },
+    "weak": {
+        "NB_weak": (H, {"N": 1, "B": 0.06}),
+        "NK_weak": (H, {"N": 1, "K": 0.004}),
+        "NBK_weak": (H, {"N": 1, "B": 0.15, "K": 0.01}),
+        "NGM_weak": (H, {"N": 1, "GM": [(0.25, 20)]}),
+        "NB_15": (H, {"N": 1, "B": 0.15}),
+        "NK_12": (H, {"N": 1, "K": 0.012}),
+    },
+    "corners": {
+        "NBK_25Hz_10min": ((15_000, 0.04), {"N": 1, "B": 0.8, "K": 0.3}),
+        "QN_25Hz_10min": ((15_000, 0.04), {"Q": 0.08, "N": 1}),
+        "NB_400Hz_1h": ((1_440_000, 0.0025), {"N": 1, "B": 0.3}),
+        "QNBK_400Hz_1h": ((1_440_000, 0.0025), {"Q": 0.005, "N": 1, "B": 0.3, "K": 0.08}),
+        "NBK_25Hz_12h": ((1_080_000, 0.04), {"N": 1, "B": 0.15, "K": 0.012}),
+        "NGM_100Hz_4h": ((1_440_000, 0.01), {"N": 1, "GM": [(0.3, 60)]}),
+    },
+}
+
+
+def binomial(k, n):
+    """Wilson's 95 % interval in per cent."""
+    if n == 0:
+        return (0, 100)
+    z, p = 1.96, k / n
+    d = 1 + z * z / n
+    c, h = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return (100 * (c - h) / d, 100 * (c + h) / d)
+
+
+def truth_rows(mix):
+    rows = [(t, mix[t]) for t in "QNBKR" if mix.get(t)]
+    for i, (s, tc) in enumerate(sorted(mix.get("GM", []), key=lambda g: g[1])):
+        rows += [(f"sigma{i+1}", s), (f"Tc{i+1}", tc)]
+    for a, f in mix.get("line", []):
+        rows += [("amplitude", a), ("frequency", f)]
+    return rows
+
+
+def pick(axis, name, count_gm):
+    if name in "QNBKR":
+        return axis[name]
+    if name == "amplitude" or name == "frequency":
+        return axis["lines"][0][name] if axis["lines"] else {"status": "upper_limit", "upper": None}
+    i = int(name[-1]) - 1
+    found = [g for g in axis["GM"] if g["sigma"]["status"] == "detected"]
+    if len(found) != count_gm:
+        # A missing Gauss-Markov term: the limit stands for sigma, nothing for T_c.
+        e = axis["GM"][0]["sigma"]
+        return e if name.startswith("sigma") and e["status"] == "upper_limit" else {"status": "upper_limit", "upper": None}
+    return found[i]["sigma" if name.startswith("sigma") else "Tc"]
+
+
+def run(program, name, number, seed, axes, terms=None, keep=None):
+    (n, dt), mix = next(s[name] for s in SETS.values() if name in s)
+    rng = np.random.default_rng([seed, number])
+    command = [program, repr(dt), str(n)] + ([terms] if terms else [])
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    results = []
+    for _ in range(axes):
+        y = draw(rng, n, dt, mix)
+        if keep is not None:
+            keep(y, dt)
+        process.stdin.write(y.astype("<f8").tobytes())
+        process.stdin.flush()
+        results.append(json.loads(process.stdout.readline()))
+    process.stdin.close()
+    process.wait()
+    return summarize(name, (n, dt), mix, results)
+
+
+def summarize(name, size, mix, results):
+    n, dt = size
+    total = len(results)
+    stochastic = {k: v for k, v in mix.items() if k in "QNBK" or k == "GM"}
+    stochastic["GM"] = sorted(mix.get("GM", []), key=lambda g: g[1])
+    bound = bounds(stochastic, n, dt)
+    clear = clearness(stochastic, n, dt)
+    out = {"mixture": name, "truth": {k: v for k, v in mix.items()}, "samples": n, "dt": dt, "axes": total, "rows": [], "absent": {}}
+    count_gm = len(mix.get("GM", []))
+    for term, value in truth_rows(mix):
+        es = [pick(r, term, count_gm) for r in results]
+        detected = [e for e in es if e["status"] == "detected"]
+        inside = sum(e["lower"] <= value <= e["upper"] for e in detected)
+        limits = [e for e in es if e["status"] != "detected" and e.get("upper") is not None]
+        covered = sum(value <= e["upper"] for e in limits)
+        rel = np.array([e["value"] / value - 1 for e in detected]) if detected else np.array([np.nan])
+        b = bound.get(term)
+        cname = f"GM{term[-1]}" if term[0] in "sT" else term
+        row = {
+            "term": term,
+            "value": value,
+            "clear": clear.get(cname),
+            "bound": b,
+            "detected": len(detected) / total,
+            "bias": float(rel.mean()),
+            "bias_over_sd": float(rel.mean() / rel.std()) if len(rel) > 1 else None,
+            "ratio": float(np.sqrt((rel**2).mean()) / b) if b else None,
+            "coverage": 100 * inside / len(detected) if detected else None,
+            "coverage_interval": binomial(inside, len(detected)),
+            "printed": 100 * (inside + covered) / max(1, len(detected) + len(limits)),
+            "printed_interval": binomial(inside + covered, len(detected) + len(limits)),
+        }
+        out["rows"].append(row)
+    for term in "QNBKR":
+        if not mix.get(term):
+            out["absent"][term] = 100 * sum(r[term]["status"] == "detected" for r in results) / total
+    extra = sum(sum(g["sigma"]["status"] == "detected" for g in r["GM"]) > count_gm for r in results)
+    out["absent"]["GM"] = 100 * extra / total
+    out["absent"]["line"] = 100 * sum(len(r["lines"]) > len(mix.get("line", [])) for r in results) / total
+    out["p_below_5"] = 100 * sum((r["p"] if r["p"] is not None else 1) < 0.05 for r in results) / total
+    kinds = {}
+    for r in results:
+        for f in {f["kind"] for f in r["findings"]}:
+            kinds[f] = kinds.get(f, 0) + 100 / total
+    out["findings"] = kinds
+    out["confused"] = 100 * sum(bool(r["confused"]) for r in results) / total
+    out["milliseconds"] = 1000 * float(np.mean([r["seconds"] for r in results]))
+    return out
+
+
+def show(o):
+    print(f"\n{o['mixture']}  {o['truth']}  {o['samples']} samples at {1/o['dt']:g} Hz, {o['axes']} axes, {o['milliseconds']:.1f} ms an axis")
+    print("  term       clear   bound%  found%   bias%  bias/sd  ratio  cover% [binomial]     printed% [binomial]")
+    f = lambda v, w, d: " " * (w - 1) + "-" if v is None or v != v else f"{v:{w}.{d}f}"
+    for r in o["rows"]:
+        c, p = r["coverage_interval"], r["printed_interval"]
+        print(
+            f"  {r['term']:9}{f(r['clear'],7,1)} {f(100*r['bound'] if r['bound'] else None,8,2)} {100*r['detected']:7.1f} {100*r['bias']:7.2f} {f(r['bias_over_sd'],8,2)} {f(r['ratio'],6,2)}"
+            f" {f(r['coverage'],7,1)} [{c[0]:.1f} {c[1]:.1f}] {f(r['printed'],11,1)} [{p[0]:.1f} {p[1]:.1f}]"
+        )
+    absent = "  ".join(f"{k} {v:.1f}" for k, v in o["absent"].items())
+    print(f"  false %: {absent}   p<0.05: {o['p_below_5']:.1f} %   confused {o['confused']:.1f} %   findings {({k: round(v,1) for k,v in o['findings'].items()})}", flush=True)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("--axes", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=20261125)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--set", default="basic")
+    parser.add_argument("--json", default="")
+    parser.add_argument("--terms", default=None)
+    a = parser.parse_args()
+    names = [n for s in SETS.values() for n in s]
+    chosen = a.only.split(",") if a.only else [n for s in a.set.split(",") for n in SETS[s]]
+    everything = []
+    for name in chosen:
+        start = time.time()
+        o = run(a.program, name, names.index(name), a.seed, a.axes, a.terms)
+        o["wall_s"] = time.time() - start
+        o["seed"] = a.seed
+        show(o)
+        everything.append(o)
+    if a.json:
+        json.dump(everything, open(a.json, "w"), indent=1)
+    sys.exit(0)
