@@ -1,10 +1,12 @@
 //! Deviations, spectra and the joint estimate of noise parameters.
 
+pub mod compare;
 pub mod confidence;
 pub mod deviation;
 pub mod error;
 pub mod fit;
 pub mod noise_type;
+pub mod plan;
 pub mod tau_grid;
 
 pub use confidence::{Interval, chi_squared_interval};

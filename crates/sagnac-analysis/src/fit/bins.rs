@@ -240,6 +240,16 @@ impl BinnedLog {
         out
     }
 
+    /// Multiplies the measured values by `factor`.
+    pub(crate) fn rescale(&mut self, factor: f64) {
+        for y in &mut self.yy {
+            *y *= factor * factor;
+        }
+        for y in &mut self.ya {
+            *y *= factor;
+        }
+    }
+
     /// Adds a bin over u from `span.0` to `span.1` (one coefficient where they are equal).
     fn push_shape(&mut self, span: (f64, f64), count: f64, j: f64, n: f64) {
         let center = 0.5 * (span.0 + span.1);

@@ -15,7 +15,7 @@ pub(crate) fn fast_length(n: usize) -> usize {
     }
     let smooth = |mut m: usize| {
         for p in [2, 3, 5, 7, 11, 13] {
-            while m % p == 0 {
+            while m.is_multiple_of(p) {
                 m /= p;
             }
         }
@@ -23,6 +23,9 @@ pub(crate) fn fast_length(n: usize) -> usize {
     };
     (1..=n).rev().find(|&m| smooth(m)).unwrap_or(n)
 }
+
+/// Turns made by recurrence between two exact ones.
+const BLOCK: usize = 64;
 
 /// Coefficients c_0…c_{n−1} of the samples less `mean`.
 ///
@@ -55,7 +58,6 @@ pub(crate) fn dct2(samples: &[f64], mean: f64, planner: &mut RealFftPlanner<f64>
     let mut coefficients = turned;
     let norm = (2.0 / n as f64).sqrt();
     let step = Complex::from_polar(1.0, -PI / (2.0 * n as f64));
-    const BLOCK: usize = 64;
     for start in (0..spectrum.len()).step_by(BLOCK) {
         let mut turn = Complex::from_polar(norm, -PI * start as f64 / (2.0 * n as f64));
         let end = (start + BLOCK).min(spectrum.len());

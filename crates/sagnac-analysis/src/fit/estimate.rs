@@ -207,7 +207,7 @@ pub(super) fn prepare(
         temperature.as_deref(),
         &candidates,
         options,
-        grown,
+        &grown,
     );
     Ok(Prepared {
         work,
@@ -333,7 +333,7 @@ fn regressors(
     temperature: Option<&[Segment<'_>]>,
     candidates: &Candidates,
     options: &FitOptions,
-    grown: (Solution, Free, usize),
+    grown: &(Solution, Free, usize),
 ) -> Chosen {
     let mut active: Vec<Active> = Vec::new();
     let singles = select::free_singles(candidates);
@@ -525,7 +525,7 @@ fn refine_warm_up(work: &Work, active: &mut [Active], current: &mut Option<Solut
             let tau = at * f64::exp(width * factor);
             let column = regress::exponential(&work.segments, work.step_s, tau);
             let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
-            columns[place] = column.clone();
+            columns[place].clone_from(&column);
             let log = work.layout.sum(&work.segments, &columns, work.cut);
             let fit = Problem::new(&[&log], false).fit(&solution.parameters, free);
             if fit.objective < best.0 {
@@ -778,7 +778,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             correlation_time_s: Estimate::ABSENT,
         }]
     } else {
-        gauss_markov(&problem, &tests, &best, &free, covariance.as_ref(), &units)
+        gauss_markov_estimates(&problem, &tests, &best, &free, covariance.as_ref(), &units)
     };
 
     let mut fitted = units.terms(&best.parameters);
@@ -889,7 +889,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
 }
 
 /// Value, profile interval and standard deviation of a detected variance.
-fn interval(
+pub(super) fn interval(
     problem: &Problem,
     best: &Solution,
     free: &Free,
@@ -912,7 +912,7 @@ fn interval(
 }
 
 /// Profile limit of a variance with every candidate free.
-fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
+pub(super) fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
     let level = if index == B || index == K {
         INTERVAL
     } else {
@@ -928,7 +928,7 @@ fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
     )
 }
 
-fn gauss_markov(
+pub(super) fn gauss_markov_estimates(
     problem: &Problem,
     tests: &Tests,
     best: &Solution,
@@ -1124,7 +1124,10 @@ fn describe(work: &Work, active: &[Active], best: &Solution) -> Vec<Regressor> {
         .collect()
 }
 
-fn named_covariance(
+/// Names of the parameters in a covariance.
+const NAMES: [&str; PARAMETERS] = ["Q", "N", "B", "K", "sigma1", "Tc1", "sigma2", "Tc2"];
+
+pub(super) fn named_covariance(
     covariance: Option<&(Vec<usize>, Vec<f64>)>,
     parameters: &Parameters,
     units: &Units,
@@ -1132,7 +1135,6 @@ fn named_covariance(
     let Some((indices, matrix)) = covariance else {
         return Covariance::default();
     };
-    const NAMES: [&str; PARAMETERS] = ["Q", "N", "B", "K", "sigma1", "Tc1", "sigma2", "Tc2"];
     let n = indices.len();
     // From variances and ln T_c to the terms themselves.
     let slope: Vec<f64> = indices

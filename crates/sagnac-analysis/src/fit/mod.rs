@@ -5,6 +5,11 @@
 //! regressors are profiled out. For white noise and random walk this is the exact likelihood. Sources: [IEEE952] for the
 //! terms, [Whittle1953] for the likelihood.
 
+#![allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "sets of free parameters are passed like the parameters beside them"
+)]
+
 mod bins;
 mod checks;
 mod dct;
@@ -13,6 +18,7 @@ mod goodness;
 mod likelihood;
 mod linear;
 mod lines;
+mod pool;
 mod profile;
 mod regress;
 mod select;
@@ -21,9 +27,18 @@ mod terms;
 mod types;
 
 pub use estimate::estimate;
+pub use pool::{PooledEstimate, bias_stability, estimate_pooled};
 
 pub use types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
     GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind, Segment, SinusoidEstimate,
     SpectrumBin, Status, Term,
 };
+
+/// What planning shares with the fit.
+pub(crate) mod internal {
+    pub(crate) use super::bins::BinnedLog;
+    pub(crate) use super::likelihood::Problem;
+    pub(crate) use super::linear::inverse;
+    pub(crate) use super::regress::line_information;
+}

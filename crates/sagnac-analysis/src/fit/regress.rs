@@ -31,6 +31,23 @@ pub(crate) fn line(segments: &[SegmentSpectrum]) -> Column {
         .collect()
 }
 
+/// Σ a_j²/S_j of a line of slope 1 a sample over `n` samples; `spectrum` per bin of `log`, as variance of a coefficient.
+pub(crate) fn line_information(log: &super::bins::BinnedLog, n: usize, spectrum: &[f64]) -> f64 {
+    // Odd coefficients alone, ∝ 1/j²: beyond the first thousand nothing is left.
+    let mut sum = 0.0;
+    let mut b = 0;
+    for j in (1..n.min(1024)).step_by(2) {
+        let u = j as f64 / (2.0 * n as f64);
+        while b + 1 < log.u.len() && (log.u[b + 1] - u).abs() <= (log.u[b] - u).abs() {
+            b += 1;
+        }
+        let half = PI * u;
+        let a = half.cos() / (2.0 * half.sin() * half.sin());
+        sum += 2.0 / n as f64 * a * a / spectrum[b];
+    }
+    sum
+}
+
 /// exp(−t/τ) from the log's start, averaged over each sample; τ in samples.
 pub(crate) fn exponential(segments: &[SegmentSpectrum], step_s: f64, tau: f64) -> Column {
     let r = (-1.0 / tau).exp();
@@ -109,7 +126,7 @@ pub(crate) fn temperature(
             let center = means.iter().sum::<f64>() / blocks as f64;
             let coarse = dct2(&means, center, planner);
             let widen = (blocks as f64 / n as f64).sqrt();
-            (0..blocks / 2 + 1)
+            (0..=blocks / 2)
                 .map(|j| {
                     if j == 0 || j >= blocks {
                         return 0.0;

@@ -225,9 +225,7 @@ impl Tests {
     /// nothing else holds the top.
     pub(crate) fn kept(&self, candidates: &Candidates) -> Free {
         let mut free = self.full_free;
-        for k in 0..4 {
-            free[k] = self.passed[k];
-        }
+        free[..4].copy_from_slice(&self.passed);
         if self.confused {
             free[B] = true;
             free[K] = true;

@@ -108,7 +108,7 @@ fn sine_integral_at_pi_multiple(j: f64) -> f64 {
     let r2 = 1.0 / (x * x);
     // Si(x) = π/2 − f(x) cos x − g(x) sin x, sin πj = 0.
     let f = (1.0 - r2 * (2.0 - r2 * (24.0 - r2 * (720.0 - r2 * 40320.0)))) / x;
-    let sign = if index % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
     PI / 2.0 - sign * f
 }
 

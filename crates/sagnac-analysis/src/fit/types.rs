@@ -60,6 +60,10 @@ impl Term {
 
 /// Which terms the estimate looks for; a term left out is reported as absent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "a set of terms, each in or out"
+)]
 pub struct Candidates {
     /// Quantization noise.
     pub quantization: bool,

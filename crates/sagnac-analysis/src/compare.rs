@@ -1,0 +1,203 @@
+//! Whether a measured term is as a reference says: ratio with interval, and a verdict in one word.
+//!
+//! ratio = measured/reference; half widths of measured interval and reference in quadrature. Within 4 % of √2 or 1/√2
+//! white noise is unclear: one of the two densities may be one-sided.
+
+use crate::fit::{AxisEstimate, Estimate, Status, Term};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+/// The verdict on one term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// As the reference says.
+    Within,
+    /// The whole interval lies below 0.8.
+    Better,
+    /// The whole interval lies above 1.25.
+    Worse,
+    /// A factor √2 off (white noise), or only bounded above 0.8.
+    Unclear,
+}
+
+impl Verdict {
+    /// The word used in JSON and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Within => "within",
+            Verdict::Better => "better",
+            Verdict::Worse => "worse",
+            Verdict::Unclear => "unclear",
+        }
+    }
+}
+
+/// Ratio of a measured term to its reference, with the verdict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// measured/reference with its 95 % interval; an upper limit where the measured one is.
+    pub ratio: Estimate,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// Compares a measured term with `reference` (same unit, > 0); none where the measured one is absent.
+///
+/// ```
+/// use sagnac_analysis::{compare::{compare, Verdict}, fit::{Estimate, Term}};
+/// let measured = Estimate::detected(0.352, 0.348, 0.356, 0.002);
+/// let c = compare(Term::White, &measured, 0.34, None).unwrap();
+/// assert_eq!(c.verdict, Verdict::Within);
+/// ```
+pub fn compare(
+    term: Term,
+    measured: &Estimate,
+    reference: f64,
+    reference_sigma: Option<f64>,
+) -> Option<Comparison> {
+    if reference <= 0.0 || !reference.is_finite() {
+        return None;
+    }
+    match measured.status {
+        Status::Absent => None,
+        Status::UpperLimit => {
+            let upper = measured.upper? / reference;
+            Some(Comparison {
+                ratio: Estimate::limit(upper),
+                verdict: if upper < 0.8 {
+                    Verdict::Better
+                } else {
+                    Verdict::Unclear
+                },
+            })
+        }
+        Status::Detected => {
+            let value = measured.value?;
+            let ratio = value / reference;
+            let spread = reference_sigma.unwrap_or(0.0) / reference;
+            let side = |end: Option<f64>| {
+                end.map_or(0.0, |end| {
+                    let relative = (end - value) / value;
+                    ratio * relative.hypot(1.96 * spread)
+                })
+            };
+            let (lower, upper) = (
+                (ratio - side(measured.lower)).max(0.0),
+                ratio + side(measured.upper),
+            );
+            let sigma = measured.sigma.map_or((upper - lower) / 3.92, |s| {
+                ratio * (s / value).hypot(spread)
+            });
+            let off = |factor: f64| (ratio / factor - 1.0).abs() <= 0.04;
+            let verdict = if term == Term::White && (off(SQRT_2) || off(FRAC_1_SQRT_2)) {
+                Verdict::Unclear
+            } else if upper < 0.8 {
+                Verdict::Better
+            } else if lower > 1.25 {
+                Verdict::Worse
+            } else {
+                Verdict::Within
+            };
+            Some(Comparison {
+                ratio: Estimate::detected(ratio, lower, upper, sigma),
+                verdict,
+            })
+        }
+    }
+}
+
+/// A log that differs from the others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outlier {
+    /// Index of the log.
+    pub log: usize,
+    /// The term that differs; none where the whole spectrum does.
+    pub term: Option<Term>,
+    /// How many times the median of the others, where a term differs.
+    pub ratio: Option<f64>,
+    /// Probability of its likelihood ratio against the pooled terms.
+    pub p_value: Option<f64>,
+}
+
+/// Sensors whose N, B or K on one axis is off the median of at least three others by more than 5 of its own standard
+/// deviations and more than 5 robust ones of theirs.
+pub fn fleet_outliers(axes: &[Option<&AxisEstimate>]) -> Vec<Outlier> {
+    let mut out = Vec::new();
+    for term in [Term::White, Term::Flicker, Term::RandomWalk] {
+        let values: Vec<Option<(f64, f64)>> = axes
+            .iter()
+            .map(|axis| {
+                let e = axis.and_then(|a| a.term(term))?;
+                Some((e.value?, e.sigma?))
+            })
+            .collect();
+        for (log, own) in values.iter().enumerate() {
+            let Some((value, sigma)) = *own else { continue };
+            let mut others: Vec<f64> = values
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != log)
+                .filter_map(|(_, v)| v.map(|v| v.0))
+                .collect();
+            if others.len() < 3 {
+                continue;
+            }
+            let center = median(&mut others);
+            let mut distances: Vec<f64> = others.iter().map(|o| (o - center).abs()).collect();
+            let spread = 1.4826 * median(&mut distances);
+            let off = (value - center).abs();
+            if off > 5.0 * sigma && off > 5.0 * spread {
+                out.push(Outlier {
+                    log,
+                    term: Some(term),
+                    ratio: Some(value / center),
+                    p_value: None,
+                });
+            }
+        }
+    }
+    out
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    0.5 * (values[(n - 1) / 2] + values[n / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    fn verdict(term: Term, value: f64, half: f64) -> Verdict {
+        let e = Estimate::detected(value, value - half, value + half, half / 1.96);
+        compare(term, &e, 1.0, None).unwrap().verdict
+    }
+
+    #[test]
+    fn verdicts_follow_the_interval() {
+        assert_eq!(verdict(Term::Flicker, 0.6, 0.1), Verdict::Better);
+        assert_eq!(verdict(Term::Flicker, 0.75, 0.1), Verdict::Within);
+        assert_eq!(verdict(Term::Flicker, 1.5, 0.1), Verdict::Worse);
+        assert_eq!(verdict(Term::Flicker, 1.42, 0.01), Verdict::Worse);
+        assert_eq!(verdict(Term::White, 1.42, 0.01), Verdict::Unclear);
+        assert_eq!(verdict(Term::White, 0.73, 0.01), Verdict::Unclear);
+        assert_eq!(verdict(Term::White, 1.35, 0.01), Verdict::Worse);
+    }
+
+    #[test]
+    fn limits_are_better_or_unclear() {
+        let at = |upper| compare(Term::RandomWalk, &Estimate::limit(upper), 1.0, None).unwrap();
+        assert_eq!(at(0.5).verdict, Verdict::Better);
+        assert_eq!(at(2.0).verdict, Verdict::Unclear);
+        assert!(compare(Term::RandomWalk, &Estimate::ABSENT, 1.0, None).is_none());
+    }
+
+    #[test]
+    fn an_uncertain_reference_widens_the_ratio() {
+        let e = Estimate::detected(1.0, 0.97, 1.03, 0.015);
+        let c = compare(Term::White, &e, 1.0, Some(0.02)).unwrap();
+        let half: f64 = 0.03_f64.hypot(1.96 * 0.02);
+        assert!((c.ratio.upper.unwrap() - 1.0 - half).abs() < 1e-12);
+    }
+}
