@@ -29,6 +29,8 @@ const MOST_LINES: usize = 24;
 const MOST_STEPS: usize = 12;
 /// Below this duration B, K, R and Gauss–Markov terms are bounded only.
 pub(super) const SHORT_S: f64 = 100.0;
+/// Likelihood ratio below which a detected B or K is weak: its interval allows for an undetected other.
+const WEAK_RATIO: f64 = 20.0;
 /// Fewest samples that give parameters.
 const FEWEST: usize = 64;
 
@@ -765,9 +767,10 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         }
         let confused = tests.confused && (k == B || k == K);
         single[k] = if tests.passed[k] && !bounded[k] && !confused && best.parameters[k] > 0.0 {
-            interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
+            let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
-            })
+            });
+            weak_interval(&problem, &tests, &free, k, own, &units)
         } else {
             Estimate::limit(units.root(k, limit(&problem, &tests, k)))
         };
@@ -909,6 +912,45 @@ pub(super) fn interval(
         .unwrap_or((upper.sqrt() - lower.sqrt()) / 3.92);
     let si = to_si(value);
     Estimate::detected(si, to_si(lower), to_si(upper), si * sigma_root / root)
+}
+
+/// The interval of a weak B or K beside an undetected other: wide enough for both, the other at zero or free.
+///
+/// With both weak, what passes carries the power of what does not; its interval given only the detected terms would
+/// cover in four of five logs.
+fn weak_interval(
+    problem: &Problem,
+    tests: &Tests,
+    free: &Free,
+    index: usize,
+    own: Estimate,
+    units: &Units,
+) -> Estimate {
+    let other = match index {
+        B => K,
+        K => B,
+        _ => return own,
+    };
+    if tests.ratios[index] >= WEAK_RATIO
+        || free[other]
+        || !tests.full_free[other]
+        || tests.full.parameters[other] <= 0.0
+    {
+        return own;
+    }
+    let (full, all) = (&tests.full, &tests.full_free);
+    let end = |side| {
+        units.root(
+            index,
+            profile::bound(problem, full, all, index, side, INTERVAL),
+        )
+    };
+    let (lower, upper) = (end(Side::Lower), end(Side::Upper));
+    Estimate {
+        lower: own.lower.map(|l| l.min(lower)),
+        upper: own.upper.map(|u| u.max(upper)),
+        ..own
+    }
 }
 
 /// Profile limit of a variance with every candidate free.
