@@ -104,6 +104,8 @@ pub struct Layout {
     pub has_time: bool,
     /// The rate that was given or that the file states; `None` where it comes from the stamps.
     pub rate_hz: Option<f64>,
+    /// Seconds of one unit of the source's time column, where it is a number: counters wrap at 2³² of them.
+    pub time_unit_s: Option<f64>,
     /// Topics of the file, empty where the format has none.
     pub topics: Vec<Topic>,
     /// The topic read.

@@ -86,6 +86,7 @@ impl Mapped {
             channels: ops.iter().map(|o| o.channel.clone()).collect(),
             has_time: time.is_some(),
             rate_hz: options.rate_hz.or(found.rate_hz),
+            time_unit_s: time.and_then(|(_, kind)| kind.unit_s()),
             topics: found.topics,
             topic: found.topic,
             frame: found.frame,

@@ -115,6 +115,17 @@ impl TimeKind {
         Self::Scaled(factor)
     }
 
+    /// Seconds of one unit, where it is a number.
+    pub(crate) fn unit_s(self) -> Option<f64> {
+        match self {
+            Self::Decimal { exponent, multiple } => {
+                Some(multiple as f64 / POWERS[exponent.unsigned_abs() as usize % 23])
+            }
+            Self::Scaled(factor) => Some(factor),
+            Self::Iso => None,
+        }
+    }
+
     /// Stamp of a whole number.
     pub(crate) fn of_integer(self, value: i64) -> Stamp {
         match self {

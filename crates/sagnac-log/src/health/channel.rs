@@ -1,0 +1,490 @@
+//! What is wrong with one channel: missing numbers, saturation, a stuck value, units, coarse steps, changing noise.
+//!
+//! σ_w = 1.4826·median|y_k − y_{k−1}|/√2, where that is 0 the differences' standard deviation/√2.
+
+use std::ops::Range;
+
+use super::time::Clock;
+use super::{ChannelHealth, robust};
+use crate::map::mapped::accel_unit_that_fits;
+use crate::{Issue, IssueKind, Log};
+
+/// Statistics of one channel.
+pub(crate) struct Facts {
+    pub(crate) mean: f64,
+    pub(crate) std: f64,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    pub(crate) median: f64,
+    pub(crate) sigma_w: f64,
+    pub(crate) lsb: Option<f64>,
+    pub(crate) numbers: usize,
+}
+
+impl Facts {
+    pub(crate) fn of(values: &[f64]) -> Self {
+        let (mut n, mut sum, mut min, mut max) = (0_usize, 0.0, f64::INFINITY, f64::NEG_INFINITY);
+        // The first number is taken out: a large mean costs no digits.
+        let pivot = values
+            .iter()
+            .copied()
+            .find(|v| v.is_finite())
+            .unwrap_or(f64::NAN);
+        let mut squares = 0.0;
+        for &v in values.iter().filter(|v| v.is_finite()) {
+            let d = v - pivot;
+            n += 1;
+            sum += d;
+            squares += d * d;
+            min = min.min(v);
+            max = max.max(v);
+        }
+        if n == 0 {
+            let nan = f64::NAN;
+            return Self {
+                mean: nan,
+                std: nan,
+                min: nan,
+                max: nan,
+                median: nan,
+                sigma_w: nan,
+                lsb: None,
+                numbers: 0,
+            };
+        }
+        let shift = sum / n as f64;
+        let variance = if n > 1 {
+            (squares - sum * shift) / (n - 1) as f64
+        } else {
+            0.0
+        };
+        let lsb = lsb(values);
+        let sigma_w = sigma_w(values, lsb);
+        let mut sample: Vec<f64> = every(values, 1 << 20).filter(|v| v.is_finite()).collect();
+        let median = crate::clock::median(&mut sample).unwrap_or(f64::NAN);
+        let lsb = lsb.filter(|l| *l > 1e-3 * sigma_w);
+        Self {
+            mean: pivot + shift,
+            std: variance.max(0.0).sqrt(),
+            min,
+            max,
+            median,
+            sigma_w,
+            lsb,
+            numbers: n,
+        }
+    }
+}
+
+/// At most about `most` values, evenly picked.
+fn every(values: &[f64], most: usize) -> impl Iterator<Item = f64> + '_ {
+    values
+        .iter()
+        .copied()
+        .step_by(values.len().div_ceil(most).max(1))
+}
+
+/// The robust scatter of first differences over √2; in data of coarse steps the median is taken inside its step.
+fn sigma_w(values: &[f64], lsb: Option<f64>) -> f64 {
+    let mut d: Vec<f64> = values
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|v| v.is_finite())
+        .collect();
+    if d.is_empty() {
+        return 0.0;
+    }
+    let square: f64 = d.iter().map(|v| v * v).sum::<f64>() / d.len() as f64;
+    let plain = robust(&mut d) / std::f64::consts::SQRT_2;
+    if plain == 0.0 {
+        return square.sqrt() / std::f64::consts::SQRT_2;
+    }
+    let Some(lsb) = lsb.filter(|l| plain < 5.0 * l) else {
+        return plain;
+    };
+    // |d| sits on multiples of the step: the median is spread over its step.
+    let middle = plain * std::f64::consts::SQRT_2 / 1.4826;
+    let n = d.len() as f64;
+    let below = d.iter().filter(|v| **v < middle - 0.5 * lsb).count() as f64;
+    let at = d
+        .iter()
+        .filter(|v| (**v - middle).abs() <= 0.5 * lsb)
+        .count() as f64;
+    let inside = ((0.5 * n - below) / at.max(1.0)).clamp(0.0, 1.0);
+    1.4826 * (middle + (inside - 0.5) * lsb) / std::f64::consts::SQRT_2
+}
+
+/// The smallest step of the grid that the values lie on.
+fn lsb(values: &[f64]) -> Option<f64> {
+    // Blocks, not single picks: neighbors show the small steps.
+    const BLOCK: usize = 500;
+    let blocks = values.len().div_ceil(BLOCK);
+    let stride = blocks.div_ceil(40).max(1);
+    let mut sample: Vec<f64> = values
+        .chunks(BLOCK)
+        .step_by(stride)
+        .flatten()
+        .copied()
+        .filter(|v| v.is_finite())
+        .collect();
+    if sample.len() < 16 {
+        return None;
+    }
+    sample.sort_unstable_by(f64::total_cmp);
+    let largest = sample[0].abs().max(sample[sample.len() - 1].abs());
+    let noise = 8.0 * f64::EPSILON * largest;
+    let step = sample
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|d| *d > noise)
+        .fold(f64::INFINITY, f64::min);
+    if !step.is_finite() || noise > 0.01 * step {
+        return None;
+    }
+    let origin = sample[0];
+    // The step is refined on the way out: its own error grows with the number of steps.
+    let mut unit = step;
+    for v in &sample {
+        let k = ((v - origin) / unit).round();
+        if k > 0.0 {
+            let off = (v - origin) / k;
+            if ((v - origin) / unit - k).abs() > 0.02 + noise / unit {
+                return None;
+            }
+            if k >= 2.0 * (unit / step).max(1.0) {
+                unit = off;
+            }
+        }
+    }
+    Some(unit)
+}
+
+fn issue(
+    kind: IssueKind,
+    name: &str,
+    clock: &Clock<'_>,
+    rows: &Range<usize>,
+    count: usize,
+    text: String,
+) -> Issue {
+    Issue {
+        kind,
+        channel: Some(name.to_owned()),
+        start_s: clock.absolute(rows.start),
+        end_s: clock.absolute(rows.end.saturating_sub(1).max(rows.start)),
+        count: count as u64,
+        text,
+    }
+}
+
+/// Runs of numbers that are none.
+pub(crate) fn nan_issues(
+    name: &str,
+    values: &[f64],
+    clock: &Clock<'_>,
+    facts: &Facts,
+    issues: &mut Vec<Issue>,
+) {
+    if facts.numbers == values.len() {
+        return;
+    }
+    for run in runs(values, |v| !v.is_finite()) {
+        let n = run.len();
+        let (samples, are) = if n == 1 {
+            ("sample", "is")
+        } else {
+            ("samples", "are")
+        };
+        let mut text = format!(
+            "{n} {samples} {are} no number{}",
+            if n == 1 { "" } else { "s" }
+        );
+        if facts.numbers < super::FEWEST_NUMBERS {
+            text = format!("only {} numbers: no parameters", facts.numbers);
+        }
+        issues.push(issue(IssueKind::Nan, name, clock, &run, n, text));
+    }
+}
+
+/// Ranges in which `is` holds.
+fn runs(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for (k, &v) in values.iter().enumerate() {
+        if is(v) {
+            match out.last_mut() {
+                Some(r) if r.end == k => r.end = k + 1,
+                _ => out.push(k..k + 1),
+            }
+        }
+    }
+    out
+}
+
+/// An extreme value that repeats.
+pub(crate) fn saturation_issues(
+    name: &str,
+    values: &[f64],
+    clock: &Clock<'_>,
+    facts: &Facts,
+    range: Option<f64>,
+    issues: &mut Vec<Issue>,
+) {
+    if facts.numbers < 10 || facts.min == facts.max {
+        return;
+    }
+    for limit in [facts.max, facts.min] {
+        let hits = runs(values, |v| v == limit);
+        let count: usize = hits.iter().map(Range::len).sum();
+        let longest = hits.iter().map(Range::len).max().unwrap_or(0);
+        if longest < 3 || count < 5 {
+            continue;
+        }
+        let at_range = range.is_some_and(|r| limit.abs() >= r * (1.0 - 1e-6));
+        let is_far = (limit - facts.median).abs() >= 3.0 * facts.sigma_w;
+        // Coarse steps repeat an extreme value by chance: only runs beyond chance count.
+        let is_coarse = facts.lsb.is_some_and(|l| facts.sigma_w < 3.0 * l);
+        let share = count as f64 / facts.numbers as f64;
+        let by_chance = facts.numbers as f64 * share.powi(longest as i32) > 1e-3;
+        if at_range || (is_far && !(is_coarse && by_chance)) {
+            let side = if limit == facts.max {
+                "largest"
+            } else {
+                "smallest"
+            };
+            let text = format!("{side} value {} {count} times: saturated", number(limit));
+            for hit in hits {
+                issues.push(issue(
+                    IssueKind::Saturation,
+                    name,
+                    clock,
+                    &hit,
+                    hit.len(),
+                    text.clone(),
+                ));
+            }
+        }
+    }
+}
+
+fn number(v: f64) -> String {
+    let text = format!("{v:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Rows in which one value stands too long.
+pub(crate) fn stuck_runs(values: &[f64]) -> Vec<Range<usize>> {
+    let mut long: Vec<Range<usize>> = Vec::new();
+    let mut longest_short = 1;
+    let mut start = 0;
+    for k in 1..=values.len() {
+        if k == values.len() || values[k].to_bits() != values[start].to_bits() {
+            let n = k - start;
+            if n > 20 && values[start].is_finite() {
+                long.push(start..k);
+            } else if values[start].is_finite() {
+                longest_short = longest_short.max(n);
+            }
+            start = k;
+        }
+    }
+    long.sort_by_key(|r| std::cmp::Reverse(r.len()));
+    // The longest runs that stand out tenfold from what remains.
+    let limit = |rest: usize| 20.max(10 * rest);
+    let mut found = 0;
+    for n in 1..=long.len().min(1000) {
+        let rest = long.get(n).map_or(longest_short, Range::len);
+        let rest = if long[n - 1].len() == values.len() {
+            0
+        } else {
+            rest
+        };
+        if long[n - 1].len() > limit(rest) {
+            found = n;
+        }
+    }
+    long.truncate(found);
+    long.sort_by_key(|r| r.start);
+    long
+}
+
+pub(crate) fn stuck_issues(
+    name: &str,
+    rows: usize,
+    runs: &[Range<usize>],
+    clock: &Clock<'_>,
+    issues: &mut Vec<Issue>,
+) {
+    for run in runs {
+        let text = if run.len() == rows {
+            "one value all the time: no numbers from this channel".to_owned()
+        } else {
+            format!("one value for {} samples; left out", run.len())
+        };
+        issues.push(issue(IssueKind::Stuck, name, clock, run, run.len(), text));
+    }
+}
+
+pub(crate) fn quantization_issue(
+    name: &str,
+    clock: &Clock<'_>,
+    facts: &Facts,
+    issues: &mut Vec<Issue>,
+) {
+    let Some(lsb) = facts.lsb else { return };
+    let ratio = facts.sigma_w / lsb;
+    if ratio < 1.5 && facts.sigma_w > 0.0 {
+        let limits = if ratio < 0.7 {
+            "; quantization and white noise only as upper limits"
+        } else {
+            ""
+        };
+        let text = format!("a step is {:.2} of the scatter{limits}", 1.0 / ratio);
+        issues.push(issue(
+            IssueKind::Quantization,
+            name,
+            clock,
+            &(0..clock.log.rows),
+            clock.log.rows,
+            text,
+        ));
+    }
+}
+
+/// |f| far from g, |w| of a log at rest far from zero.
+pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>) {
+    let rows = 0..log.rows;
+    let push = |channel: &str, text: String, issues: &mut Vec<Issue>| {
+        let mut i = issue(IssueKind::Units, channel, clock, &rows, log.rows, text);
+        i.channel = None;
+        issues.push(i);
+    };
+    let length = |word: &str| -> Option<(f64, f64)> {
+        let c: Vec<&[f64]> = ["x", "y", "z"]
+            .iter()
+            .filter_map(|a| log.channel(&format!("{word}_{a}")))
+            .collect();
+        let [x, y, z] = c.as_slice() else { return None };
+        let (mut n, mut sum, mut squares) = (0_u64, 0.0, 0.0);
+        for k in 0..log.rows {
+            let l = (x[k] * x[k] + y[k] * y[k] + z[k] * z[k]).sqrt();
+            if l.is_finite() {
+                n += 1;
+                sum += l;
+                squares += l * l;
+            }
+        }
+        let mean = sum / n as f64;
+        (n > 0).then(|| (mean, (squares / n as f64 - mean * mean).max(0.0).sqrt()))
+    };
+    let force = length("accel");
+    if let Some((f, _)) = force
+        && (f / 9.81 - 1.0).abs() > 0.08
+    {
+        // The values were multiplied by the unit's factor: what they were tells what they are.
+        let hint = match accel_unit_that_fits(f) {
+            Some("m/s^2") | None => [
+                ("in m/s^2, read as g", 9.80665 * 9.81),
+                ("in m/s^2, read as mg", 9.80665e-3 * 9.81),
+                ("in g, read as mg", 9.80665e-3),
+                ("in mg, read as g", 9806.65),
+            ]
+            .iter()
+            .find(|(_, g)| (f / g - 1.0).abs() < 0.12)
+            .map_or(String::new(), |(text, _)| format!(", as if it were {text}")),
+            Some(unit) => format!(", as if it were in {unit}"),
+        };
+        push(
+            "accel",
+            format!("|f| is {}, far from 9.81 m/s^2{hint}", number(f)),
+            issues,
+        );
+    }
+    if let Some((w, _)) = length("gyro") {
+        let is_still = force.is_none_or(|(f, s)| s < 0.1 * f);
+        if w > 5.0 && is_still {
+            push(
+                "gyro",
+                format!("|w| is {} rad/s at rest, as if it were in deg/s", number(w)),
+                issues,
+            );
+        }
+    }
+}
+
+/// Parts of a tenth of the log whose σ_w differs from the rest's.
+pub(crate) fn non_stationary_issues(
+    health: &ChannelHealth<'_>,
+    clock: &Clock<'_>,
+    issues: &mut Vec<Issue>,
+) {
+    const STEPS: usize = 40;
+    const WIDTH: usize = 4;
+    let total: usize = health.quiet.iter().map(|s| s.range.len()).sum();
+    if total < 4000 || health.sigma_w <= 0.0 {
+        return;
+    }
+    // Sums of squared differences over fortieths; outliers beyond 6 σ are no scatter.
+    let clip = 6.0 * std::f64::consts::SQRT_2 * health.sigma_w.max(health.lsb.unwrap_or(0.0));
+    let mut bins = vec![(0_u64, 0.0_f64, f64::NAN, f64::NAN); STEPS];
+    let mut seen = 0;
+    for s in &health.quiet {
+        let values = &health.values[s.range.clone()];
+        for (k, w) in values.windows(2).enumerate() {
+            let bin = &mut bins[((seen + k) * STEPS / total).min(STEPS - 1)];
+            let d = w[1] - w[0];
+            if d.abs() < clip {
+                bin.0 += 1;
+                bin.1 += d * d;
+            }
+            let t = s.start_s + k as f64 * clock.dt_s;
+            if bin.2.is_nan() {
+                bin.2 = t;
+            }
+            bin.3 = t + clock.dt_s;
+        }
+        seen += values.len();
+    }
+    let all = bins.iter().fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let mut flagged: Vec<(usize, usize, f64)> = Vec::new();
+    for from in 0..=STEPS - WIDTH {
+        let part = bins[from..from + WIDTH]
+            .iter()
+            .fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let rest = (all.0 - part.0, all.1 - part.1);
+        if part.0 < 100 || rest.0 < 100 || rest.1 <= 0.0 {
+            continue;
+        }
+        let ratio = (part.1 / part.0 as f64 / (rest.1 / rest.0 as f64)).sqrt();
+        // Differences of white noise are correlated by −½: the variance of their mean square is 3σ⁴/n.
+        let error = ratio * (0.75 / part.0 as f64 + 0.75 / rest.0 as f64).sqrt();
+        if (ratio - 1.0).abs() > 0.1 && (ratio - 1.0).abs() > 6.0 * error {
+            match flagged.last_mut() {
+                Some(last) if last.1 >= from => {
+                    last.1 = from + WIDTH;
+                    if (ratio - 1.0).abs() > (last.2 - 1.0).abs() {
+                        last.2 = ratio;
+                    }
+                }
+                _ => flagged.push((from, from + WIDTH, ratio)),
+            }
+        }
+    }
+    let first = clock.absolute(0);
+    for (from, to, ratio) in flagged {
+        let (a, b, count) = bins[from..to].iter().fold((f64::NAN, f64::NAN, 0), |x, b| {
+            (
+                if x.0.is_nan() { b.2 } else { x.0 },
+                if b.3.is_nan() { x.1 } else { b.3 },
+                x.2 + b.0,
+            )
+        });
+        issues.push(Issue {
+            kind: IssueKind::NonStationary,
+            channel: Some(health.name.clone()),
+            start_s: first + a,
+            end_s: first + b,
+            count,
+            text: format!("the scatter is {ratio:.2} times that of the rest"),
+        });
+    }
+}

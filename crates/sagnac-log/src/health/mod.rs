@@ -1,0 +1,281 @@
+//! Log health: what is wrong with a log, and the sound stretches that remain.
+//!
+//! Findings are those of the data-quality table that need no fitted noise model; the cleaned stretches follow from
+//! them: short gaps filled by the line between their neighbors, long ones cutting the log, motion left out.
+
+mod channel;
+mod clean;
+mod motion;
+mod time;
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use crate::clock::median;
+use crate::{Error, Issue, IssueKind, Log, Quantity};
+
+/// The health of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Health<'a> {
+    /// Sampling interval: the median step of time, refined over stretches without gaps, or 1/rate where it was given.
+    pub dt_s: f64,
+    /// Time of the first row on the log's own clock: subtract it from the issues' times to count from the start.
+    pub first_s: f64,
+    /// Time from the first to the last row, plus dt.
+    pub duration_s: f64,
+    /// Findings, by kind in the order of the table, then by channel and time.
+    pub issues: Vec<Issue>,
+    /// Statistics and cleaned samples of each channel, in the log's order.
+    pub channels: Vec<ChannelHealth<'a>>,
+}
+
+/// The health of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelHealth<'a> {
+    /// Its name.
+    pub name: String,
+    /// Mean of its finite values.
+    pub mean: f64,
+    /// Standard deviation of its finite values.
+    pub std: f64,
+    /// Smallest finite value.
+    pub min: f64,
+    /// Largest finite value.
+    pub max: f64,
+    /// Smallest step of the values' grid, or `None`.
+    pub lsb: Option<f64>,
+    /// Robust scatter of first differences over √2.
+    pub sigma_w: f64,
+    /// Samples on an even grid: the log's own where nothing had to be filled.
+    pub values: Cow<'a, [f64]>,
+    /// The stretches between gaps: what deviations are computed from.
+    pub segments: Vec<Segment>,
+    /// The same without motion: what parameters are estimated from.
+    pub quiet: Vec<Segment>,
+}
+
+/// A stretch of evenly spaced samples without gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Its samples, as a range of [`ChannelHealth::values`].
+    pub range: Range<usize>,
+    /// Time of its first sample, in seconds from the log's first sample.
+    pub start_s: f64,
+}
+
+impl ChannelHealth<'_> {
+    /// The stretches that parameters are estimated from, as slices.
+    pub fn quiet_slices(&self) -> Vec<&[f64]> {
+        self.quiet
+            .iter()
+            .filter_map(|s| self.values.get(s.range.clone()))
+            .collect()
+    }
+
+    /// The stretches between gaps, as slices.
+    pub fn slices(&self) -> Vec<&[f64]> {
+        self.segments
+            .iter()
+            .filter_map(|s| self.values.get(s.range.clone()))
+            .collect()
+    }
+}
+
+/// What the health check may know besides the log.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HealthOptions {
+    /// Full range of the gyro in rad/s, where a model gives it.
+    pub gyro_range_rad_s: Option<f64>,
+    /// Full range of the accelerometer in m/s^2, where a model gives it.
+    pub accel_range_m_s2: Option<f64>,
+    /// True where the log is no recording at rest: motion, units and non-stationarity are then no findings.
+    pub moving: bool,
+}
+
+/// Listed of one kind at most; the last one says how many more there are.
+const MOST_OF_A_KIND: usize = 100;
+
+/// Checks a log and cleans it.
+///
+/// # Errors
+/// A log whose stamps never advance and that has no rate.
+///
+/// ```
+/// use sagnac_log::{ReadOptions, Source, health, read};
+/// let text: String = (0..200).map(|k| format!("{},{}\n", k + k / 100 * 9, k % 7)).collect();
+/// let options = ReadOptions { columns: Some("time=0:ms, gyro_x=1:deg/s".into()), ..Default::default() };
+/// let log = read(Source::memory("a.csv", text.into()), &options)?;
+/// let health = health::check(&log, &health::HealthOptions::default())?;
+/// assert_eq!((health.issues[0].kind.name(), health.issues[0].count), ("gap", 9));
+/// assert_eq!(health.channels[0].slices().len(), 2);
+/// # Ok::<(), sagnac_log::Error>(())
+/// ```
+pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Error> {
+    let clock = time::Clock::of(log)?;
+    let dt = clock.dt_s;
+    let mut issues = time::issues(&clock);
+    let grid = clean::Grid::of(&clock);
+    let mut channels = Vec::with_capacity(log.columns.len());
+    let mut stuck = Vec::with_capacity(log.columns.len());
+    for (channel, values) in log.channels() {
+        let facts = channel::Facts::of(values);
+        channel::nan_issues(&channel.name, values, &clock, &facts, &mut issues);
+        let runs = if matches!(channel.quantity, Quantity::Other | Quantity::Temperature) {
+            Vec::new()
+        } else {
+            let range = match channel.quantity {
+                Quantity::AngularRate => options.gyro_range_rad_s,
+                Quantity::SpecificForce => options.accel_range_m_s2,
+                _ => None,
+            };
+            channel::saturation_issues(&channel.name, values, &clock, &facts, range, &mut issues);
+            let runs = channel::stuck_runs(values);
+            channel::stuck_issues(&channel.name, values.len(), &runs, &clock, &mut issues);
+            channel::quantization_issue(&channel.name, &clock, &facts, &mut issues);
+            runs
+        };
+        stuck.push(runs);
+        channels.push(ChannelHealth {
+            name: channel.name.clone(),
+            mean: facts.mean,
+            std: facts.std,
+            min: facts.min,
+            max: facts.max,
+            lsb: facts.lsb,
+            sigma_w: facts.sigma_w,
+            values: Cow::Borrowed(values),
+            segments: Vec::new(),
+            quiet: Vec::new(),
+        });
+    }
+    if !options.moving {
+        channel::units_issues(log, &clock, &mut issues);
+    }
+    let motion = if options.moving {
+        Vec::new()
+    } else {
+        motion::intervals(log, &clock, &stuck)
+    };
+    motion::issues(&motion, &clock, &mut issues);
+    for ((health, values), stuck) in channels.iter_mut().zip(&log.columns).zip(&stuck) {
+        let (values, segments, quiet) = clean::clean(values, &grid, &clock, stuck, &motion);
+        (health.values, health.segments, health.quiet) = (values, segments, quiet);
+        let numbers: usize = health.segments.iter().map(|s| s.range.len()).sum();
+        if numbers < FEWEST_NUMBERS {
+            health.quiet.clear();
+        }
+        let is_sensor = !matches!(
+            Quantity::of(&health.name),
+            Quantity::Other | Quantity::Temperature
+        );
+        if is_sensor && !options.moving {
+            channel::non_stationary_issues(health, &clock, &mut issues);
+        }
+    }
+    short_issue(log.rows, &clock, &mut issues);
+    issues.retain(|i| i.count > 0);
+    let issues = limit(merge(issues, dt));
+    Ok(Health {
+        dt_s: dt,
+        first_s: clock.absolute(0),
+        duration_s: clock.duration_s(),
+        issues,
+        channels,
+    })
+}
+
+/// Fewer numbers than this give no parameters.
+const FEWEST_NUMBERS: usize = 64;
+
+fn short_issue(rows: usize, clock: &time::Clock<'_>, issues: &mut Vec<Issue>) {
+    let span = clock.duration_s();
+    let text = if rows < FEWEST_NUMBERS {
+        format!("{rows} samples: no parameters from fewer than {FEWEST_NUMBERS}")
+    } else if span < 100.0 {
+        format!("{span:.3} s: bias instability, walks and ramps only as upper limits under 100 s")
+    } else {
+        return;
+    };
+    issues.push(Issue {
+        kind: IssueKind::Short,
+        channel: None,
+        start_s: clock.absolute(0),
+        end_s: clock.absolute(rows.saturating_sub(1)),
+        count: rows as u64,
+        text,
+    });
+}
+
+/// Neighbors of one kind and channel, less than 1 s or 10 samples apart, become one.
+fn merge(mut issues: Vec<Issue>, dt_s: f64) -> Vec<Issue> {
+    issues.sort_by(|a, b| {
+        (a.kind, &a.channel)
+            .cmp(&(b.kind, &b.channel))
+            .then(a.start_s.total_cmp(&b.start_s))
+    });
+    let near = (10.0 * dt_s).max(1.0);
+    let mut out: Vec<Issue> = Vec::with_capacity(issues.len());
+    let mut merged = 1_u64;
+    for issue in issues {
+        match out.last_mut() {
+            Some(last)
+                if last.kind == issue.kind
+                    && last.channel == issue.channel
+                    && issue.start_s - last.end_s < near =>
+            {
+                last.end_s = last.end_s.max(issue.end_s);
+                last.count += issue.count;
+                merged += 1;
+                last.text = match (last.kind, last.channel.as_deref()) {
+                    (IssueKind::Gap, _) => format!("{} samples lost in {merged} gaps", last.count),
+                    (IssueKind::Duplicate, _) => {
+                        format!("{} stamps equal to the one before; dropped", last.count)
+                    }
+                    (IssueKind::Nan, _) => format!("{} samples are no numbers", last.count),
+                    _ => std::mem::take(&mut last.text),
+                };
+            }
+            _ => {
+                merged = 1;
+                out.push(issue);
+            }
+        }
+    }
+    out
+}
+
+fn limit(issues: Vec<Issue>) -> Vec<Issue> {
+    let mut out: Vec<Issue> = Vec::with_capacity(issues.len());
+    let mut more = 0_usize;
+    let mut seen = 0_usize;
+    let mut kind = None;
+    for issue in issues {
+        if kind != Some(issue.kind) {
+            say_more(&mut out, more);
+            (kind, seen, more) = (Some(issue.kind), 0, 0);
+        }
+        seen += 1;
+        if seen <= MOST_OF_A_KIND {
+            out.push(issue)
+        } else {
+            more += 1
+        }
+    }
+    say_more(&mut out, more);
+    out
+}
+
+fn say_more(out: &mut [Issue], more: usize) {
+    if let (Some(last), true) = (out.last_mut(), more > 0) {
+        use std::fmt::Write as _;
+        let _ = write!(last.text, "; and {more} more of this kind");
+    }
+}
+
+/// Robust standard deviation of values around zero: 1.4826·median|v|.
+pub(crate) fn robust(values: &mut [f64]) -> f64 {
+    for v in values.iter_mut() {
+        *v = v.abs();
+    }
+    1.4826 * median(values).unwrap_or(f64::NAN)
+}

@@ -1,0 +1,236 @@
+//! Somebody moved the sensor: averages that leave their neighbors, or scatter that bursts.
+//!
+//! Averages over max(1 s, 50 samples), and over ten of them; σ_A is the robust scatter of the differences of
+//! neighboring averages over √2.
+
+use std::ops::Range;
+
+use super::robust;
+use super::time::Clock;
+use crate::{Issue, IssueKind, Log, Quantity};
+
+/// An interval of motion.
+pub(crate) struct Motion {
+    pub(crate) rows: Range<usize>,
+    /// The channels that show it.
+    pub(crate) channels: Vec<String>,
+    pub(crate) text: String,
+}
+
+/// Averages and scatters of one channel.
+struct Averages {
+    mean: Vec<f64>,
+    scatter: Vec<f64>,
+}
+
+fn averages(values: &[f64], size: usize, stuck: &[Range<usize>]) -> Averages {
+    let n = values.len() / size;
+    let (mut mean, mut scatter) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    for (b, part) in values.chunks_exact(size).enumerate() {
+        let rows = b * size..(b + 1) * size;
+        if stuck
+            .iter()
+            .any(|s| s.start < rows.end && rows.start < s.end)
+        {
+            mean.push(f64::NAN);
+            scatter.push(f64::NAN);
+            continue;
+        }
+        let m = part.iter().sum::<f64>() / size as f64;
+        mean.push(m);
+        scatter.push((part.iter().map(|v| (v - m) * (v - m)).sum::<f64>() / size as f64).sqrt());
+    }
+    Averages { mean, scatter }
+}
+
+/// The marks of one channel: how many σ_A an average is off, or `None`.
+fn marks(a: &Averages) -> Vec<Option<Mark>> {
+    let n = a.mean.len();
+    let mut steps: Vec<f64> = a
+        .mean
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|d| d.is_finite())
+        .collect();
+    let mut out = vec![None; n];
+    if steps.len() < 8 {
+        return out;
+    }
+    let rms = (steps.iter().map(|d| d * d).sum::<f64>() / steps.len() as f64).sqrt();
+    let mut sigma = robust(&mut steps) / std::f64::consts::SQRT_2;
+    if sigma == 0.0 {
+        sigma = rms / std::f64::consts::SQRT_2;
+    }
+    let mut within: Vec<f64> = a
+        .scatter
+        .iter()
+        .copied()
+        .filter(|s| s.is_finite())
+        .collect();
+    let usual = crate::clock::median(&mut within).unwrap_or(f64::NAN);
+    for k in 0..n {
+        // An average between its neighbors is on its way, not off.
+        let left = k.checked_sub(1).map(|j| a.mean[k] - a.mean[j]);
+        let right = a.mean.get(k + 1).map(|m| a.mean[k] - m);
+        let off = match (left, right) {
+            (Some(l), Some(r)) => {
+                if l.abs() > r.abs() {
+                    l
+                } else {
+                    r
+                }
+            }
+            (Some(d), None) | (None, Some(d)) => d,
+            (None, None) => 0.0,
+        };
+        if off.abs() > 8.0 * sigma && sigma > 0.0 {
+            out[k] = Some(Mark {
+                off,
+                is_burst: false,
+            });
+        } else if a.scatter[k] > 3.0 * usual && usual > 0.0 {
+            out[k] = Some(Mark {
+                off: 0.0,
+                is_burst: true,
+            });
+        }
+    }
+    out
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Mark {
+    off: f64,
+    is_burst: bool,
+}
+
+/// Intervals in which the sensor moved, ascending and apart.
+pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>]) -> Vec<Motion> {
+    let size = ((1.0 / clock.dt_s).round() as usize).max(50);
+    let mut found: Vec<Motion> = Vec::new();
+    for size in [size, 10 * size] {
+        if log.rows / size >= 20 {
+            at_scale(log, size, stuck, &mut found);
+        }
+    }
+    found.sort_by_key(|m| m.rows.start);
+    let mut out: Vec<Motion> = Vec::new();
+    for m in found {
+        match out.last_mut() {
+            Some(last) if m.rows.start <= last.rows.end + size => {
+                last.rows.end = last.rows.end.max(m.rows.end);
+                for c in m.channels {
+                    if !last.channels.contains(&c) {
+                        last.channels.push(c);
+                    }
+                }
+            }
+            _ => out.push(m),
+        }
+    }
+    out
+}
+
+fn at_scale(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: &mut Vec<Motion>) {
+    let blocks = log.rows / size;
+    let mut all: Vec<(&str, Averages, Vec<Option<Mark>>)> = Vec::new();
+    for ((channel, values), stuck) in log.channels().zip(stuck) {
+        if matches!(
+            channel.quantity,
+            Quantity::AngularRate | Quantity::SpecificForce
+        ) {
+            let a = averages(values, size, stuck);
+            let m = marks(&a);
+            all.push((&channel.name, a, m));
+        }
+    }
+    let marked: Vec<bool> = (0..blocks)
+        .map(|k| all.iter().any(|c| c.2[k].is_some()))
+        .collect();
+    let mut k = 0;
+    while k < blocks {
+        if !marked[k] {
+            k += 1;
+            continue;
+        }
+        // Marks at most two averages apart are one event.
+        let start = k;
+        let mut end = k + 1;
+        while end < blocks && (marked[end] || marked.get(end + 1) == Some(&true)) {
+            end += 1;
+        }
+        k = end;
+        let names: Vec<&str> = all
+            .iter()
+            .filter(|c| c.2[start..end].iter().any(Option::is_some))
+            .map(|c| c.0)
+            .collect();
+        let returns = names.len() == 1
+            && all.iter().filter(|c| c.0 == names[0]).any(|(_, a, m)| {
+                let is_burst = m[start..end].iter().flatten().any(|m| m.is_burst);
+                let before = level(&a.mean, start.saturating_sub(4)..start);
+                let after = level(&a.mean, end..end + 4);
+                let height = m[start..end]
+                    .iter()
+                    .flatten()
+                    .map(|m| m.off.abs())
+                    .fold(0.0, f64::max);
+                match (before, after) {
+                    (Some(b), Some(c)) => is_burst || (b - c).abs() < 0.5 * height,
+                    _ => is_burst,
+                }
+            });
+        if names.len() < 2 && !returns {
+            continue;
+        }
+        let largest = all
+            .iter()
+            .flat_map(|c| c.2[start..end].iter().flatten().map(move |m| (c.0, m.off)))
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let text = match largest {
+            Some((name, off)) if off != 0.0 => {
+                let unit = if name.starts_with("gyro") {
+                    "rad/s"
+                } else {
+                    "m/s^2"
+                };
+                format!("levels move by up to {:.2e} {unit} ({name})", off.abs())
+            }
+            _ => "the scatter bursts".to_owned(),
+        };
+        found.push(Motion {
+            rows: start * size..(end * size).min(log.rows),
+            channels: names.iter().map(|n| (*n).to_owned()).collect(),
+            text,
+        });
+    }
+}
+
+fn level(means: &[f64], blocks: Range<usize>) -> Option<f64> {
+    let mut part: Vec<f64> = means
+        .get(blocks.start..blocks.end.min(means.len()))?
+        .iter()
+        .copied()
+        .filter(|m| m.is_finite())
+        .collect();
+    crate::clock::median(&mut part)
+}
+
+/// The findings of motion.
+pub(crate) fn issues(motion: &[Motion], clock: &Clock<'_>, issues: &mut Vec<Issue>) {
+    for m in motion {
+        let others = if m.channels.len() > 1 {
+            format!(", seen on {}", m.channels.join(", "))
+        } else {
+            String::new()
+        };
+        issues.push(Issue {
+            kind: IssueKind::Motion,
+            channel: (m.channels.len() == 1).then(|| m.channels[0].clone()),
+            start_s: clock.absolute(m.rows.start),
+            end_s: clock.absolute(m.rows.end.saturating_sub(1)),
+            count: m.rows.len() as u64,
+            text: format!("{}{others}; left out of the parameters", m.text),
+        });
+    }
+}
