@@ -3,6 +3,7 @@
 use std::io::{self, IsTerminal, Write as _};
 use std::process::ExitCode;
 
+use sagnac::report::text::{Document, Style};
 use sagnac::{Error, Kind};
 
 use crate::args::{Color, Common, Format};
@@ -61,11 +62,6 @@ impl Context {
         self.format == Format::Json
     }
 
-    /// Whether results on standard output may be colored.
-    pub(crate) fn color(&self) -> bool {
-        self.color_out
-    }
-
     /// Prints a result as text or JSON; a reader that has gone away is no error.
     pub(crate) fn print(
         &self,
@@ -83,6 +79,23 @@ impl Context {
             out.push('\n');
         }
         write_stdout(&out)
+    }
+
+    /// Prints a result as a document, in the style of the terminal, or as JSON.
+    pub(crate) fn show(
+        &self,
+        document: impl FnOnce() -> Document,
+        json: impl FnOnce() -> serde_json::Value,
+    ) -> Result<(), Error> {
+        self.print(|| document().render(self.style()), json)
+    }
+
+    /// How text on standard output may look.
+    pub(crate) fn style(&self) -> Style {
+        Style {
+            unicode: self.utf8,
+            color: self.color_out,
+        }
     }
 
     /// Says on the last lines of a text result which files were written.

@@ -6,6 +6,8 @@
 
 mod error;
 mod from_crates;
+pub mod response;
+pub mod table;
 
 pub use error::{Error, Kind};
 

@@ -1,6 +1,7 @@
 //! One file per command; each is thin: build the request, call the façade, print the outcome.
 
 mod completions;
+mod response;
 
 use clap::{CommandFactory as _, Subcommand};
 use sagnac::Error;
@@ -12,12 +13,14 @@ use crate::context::Context;
 #[derive(Subcommand)]
 pub(crate) enum Command {
     Completions(completions::Args),
+    Response(response::Args),
 }
 
 /// Runs one command.
 pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
     match command {
         Command::Completions(args) => completions::run(&args, context),
+        Command::Response(args) => response::run(&args, context),
     }
 }
 
