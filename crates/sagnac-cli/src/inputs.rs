@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use sagnac::Error;
 use sagnac::log::{Folder, LogReader, ReadOptions, ReadSeek, Source};
+use sagnac::model::Model;
 use sagnac::model::units::Dimension;
 
 use crate::context::plain;
@@ -148,6 +149,11 @@ pub(crate) fn text(path: &Path) -> Result<String, Error> {
             .at(format!("{label}, line {line}"))
             .advise("save it as plain UTF-8 text")
     })
+}
+
+/// A model by file name or as `catalog:NAME`.
+pub(crate) fn model(name: &str) -> Result<Model, Error> {
+    Ok(Model::parse(&text(Path::new(name))?, name)?)
 }
 
 fn unreadable(path: &Path, error: &io::Error) -> Error {

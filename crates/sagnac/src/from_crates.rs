@@ -20,3 +20,15 @@ impl From<sagnac_log::Error> for Error {
         gather(out, error.place(), error.advice())
     }
 }
+
+impl From<sagnac_model::Error> for Error {
+    fn from(error: sagnac_model::Error) -> Self {
+        let what = error.to_string();
+        let out = if error.is_usage() {
+            Self::usage(what)
+        } else {
+            Self::data(what)
+        };
+        gather(out, error.place(), error.advice())
+    }
+}
