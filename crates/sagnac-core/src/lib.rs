@@ -5,7 +5,7 @@
     reason = "a term becomes vector code only where it is inlined into the loop over samples"
 )]
 
-#[cfg(test)]
+#[cfg(any(test, feature = "simd"))]
 extern crate std;
 
 mod asymmetry;
@@ -13,6 +13,9 @@ mod axes;
 mod axis_offset;
 mod bandwidth;
 mod bias;
+mod block;
+mod bound;
+mod compensation;
 mod cross_axis;
 mod g2_sensitivity;
 mod g_sensitivity;
@@ -26,6 +29,7 @@ mod real;
 mod resolution;
 mod sample;
 mod scale_factor;
+pub mod simd;
 mod temperature;
 pub mod vector;
 
@@ -34,6 +38,9 @@ pub use axes::{Axis, Element, PRODUCT_KEYS, Sensor};
 pub use axis_offset::AxisOffset;
 pub use bandwidth::{Bandwidth, LowPass};
 pub use bias::Bias;
+pub use block::{CorrectedBlock, OutputBlock, ReadingBlock, TruthBlock};
+pub use bound::{Bound, CompensationError};
+pub use compensation::Compensation;
 pub use cross_axis::CrossAxis;
 pub use g_sensitivity::GSensitivity;
 pub use g2_sensitivity::G2Sensitivity;

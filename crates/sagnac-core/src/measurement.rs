@@ -10,8 +10,9 @@
 //! come after the random terms: [`OutputStage`](crate::OutputStage).
 
 use crate::{
-    AxisOffset, G2Sensitivity, GSensitivity, Reading, Real, SensorModel, Thermal, Triad, Truth,
-    vector::{Matrix, Vector, add, apply},
+    AxisOffset, G2Sensitivity, GSensitivity, Reading, Real, Sensor, SensorModel, Thermal, Triad,
+    Truth,
+    vector::{Matrix, Vector, add, apply, put, take},
 };
 
 /// b(T), M(T) and N of a triad, ready for use.
@@ -43,6 +44,27 @@ impl<T: Real> TriadErrors<T> {
         }
     }
 
+    /// Whether every number is finite (ranges and cut-offs apart).
+    pub(crate) fn is_finite(&self) -> bool {
+        let n = &self.triad.nonlinearity;
+        let all = |v: &[T]| v.iter().all(|x| x.is_finite());
+        let thermal = |t: &Thermal<T>| {
+            t.polynomial().iter().all(|row| all(row))
+                && t.spline().is_none_or(|s| {
+                    s.segments()
+                        .iter()
+                        .all(|piece| piece.coefficients.iter().all(|row| all(row)))
+                })
+        };
+        all(&self.triad.bias.fixed)
+            && self.gain.iter().all(|row| all(row))
+            && all(&n.quadratic)
+            && all(&n.cubic)
+            && all(&self.triad.asymmetry.difference)
+            && thermal(&self.bias_thermal)
+            && thermal(&self.scale_thermal)
+    }
+
     /// b at a temperature.
     #[inline]
     pub fn bias(&self, temperature_c: T) -> Vector<T> {
@@ -72,17 +94,24 @@ impl<T: Real> TriadErrors<T> {
         )
     }
 
-    /// b + (I + M) u + N(u).
+    /// b + (I + M) u + N(u) of N samples.
     #[inline(always)]
-    fn output(&self, u: Vector<T>, temperature_c: T) -> Vector<T> {
-        let linear = add(
-            self.bias(temperature_c),
-            apply(&self.gain(temperature_c), u),
-        );
+    fn output<const N: usize>(&self, u: &[[T; N]; 3], temperature_c: &[T; N], y: &mut [[T; N]; 3]) {
+        let mut bias = self.triad.bias.fixed.map(|b| [b; N]);
+        self.bias_thermal.add_to(temperature_c, &mut bias);
+        let mut scale = [[T::ZERO; N]; 3];
+        self.scale_thermal.add_to(temperature_c, &mut scale);
+        for i in 0..N {
+            let mut gain = self.gain;
+            for k in 0..3 {
+                gain[k][k] += scale[k][i];
+            }
+            put(y, i, add(take(&bias, i), apply(&gain, take(u, i))));
+        }
         if self.is_nonlinear {
-            add(linear, self.nonlinear(u))
-        } else {
-            linear
+            for i in 0..N {
+                put(y, i, add(take(y, i), self.nonlinear(take(u, i))));
+            }
         }
     }
 }
@@ -105,6 +134,7 @@ pub struct Measurement<T: Real> {
     pub(crate) g_sensitivity: Option<GSensitivity<T>>,
     pub(crate) g2_sensitivity: Option<G2Sensitivity<T>>,
     pub(crate) axis_offset: Option<AxisOffset<T>>,
+    pub(crate) reference_c: T,
 }
 
 impl<T: Real> Measurement<T> {
@@ -122,6 +152,15 @@ impl<T: Real> Measurement<T> {
             g_sensitivity: g.is_present().then_some(g),
             g2_sensitivity: h.is_present().then_some(h),
             axis_offset: r.is_present().then_some(r),
+            reference_c: t0,
+        }
+    }
+
+    /// The errors of one triad.
+    pub const fn errors(&self, sensor: Sensor) -> &TriadErrors<T> {
+        match sensor {
+            Sensor::Gyro => &self.gyro,
+            Sensor::Accel => &self.accel,
         }
     }
 
@@ -145,23 +184,61 @@ impl<T: Real> Measurement<T> {
     /// Relative to the largest input, output or bias it is within 1e-12 of a 50-digit
     /// computation (`tests/model_reference.rs`). Input that is not finite gives output that
     /// is not.
-    #[inline(always)]
+    #[inline]
     pub fn corrupt(&self, truth: &Truth<T>) -> Reading<T> {
-        let t = truth.temperature_c;
-        let f_sensed = self.at_accelerometers(truth);
-        let accel = self.accel.output(f_sensed, t);
-        let mut gyro = self.gyro.output(truth.angular_rate, t);
+        let one = |v: [T; 3]| v.map(|x| [x]);
+        let (mut gyro, mut accel) = ([[T::ZERO]; 3], [[T::ZERO]; 3]);
+        self.corrupt_lanes(
+            &one(truth.specific_force),
+            &one(truth.angular_rate),
+            &one(truth.angular_acceleration),
+            &[truth.temperature_c],
+            &mut gyro,
+            &mut accel,
+        );
+        Reading {
+            gyro: take(&gyro, 0),
+            accel: take(&accel, 0),
+            gyro_rate: truth.angular_acceleration,
+            temperature_c: truth.temperature_c,
+        }
+    }
+
+    /// N samples at once: the physics in its order.
+    #[inline(always)]
+    pub(crate) fn corrupt_lanes<const N: usize>(
+        &self,
+        f: &[[T; N]; 3],
+        w: &[[T; N]; 3],
+        wdot: &[[T; N]; 3],
+        temperature_c: &[T; N],
+        gyro: &mut [[T; N]; 3],
+        accel: &mut [[T; N]; 3],
+    ) {
+        // 1. Size effect: what each accelerometer feels where it sits.
+        let mut sensed = *f;
+        if let Some(offset) = &self.axis_offset {
+            for i in 0..N {
+                let effect = add(
+                    offset.centripetal(take(w, i)),
+                    offset.tangential(take(wdot, i)),
+                );
+                put(&mut sensed, i, add(take(f, i), effect));
+            }
+        }
+        // 2. Bias, scale factor, misalignment, cross-axis response, nonlinearity, asymmetry.
+        self.accel.output(&sensed, temperature_c, accel);
+        self.gyro.output(w, temperature_c, gyro);
+        // 3. What specific force does to the gyroscopes.
         if let Some(g) = &self.g_sensitivity {
-            gyro = add(gyro, g.part(truth.specific_force));
+            for i in 0..N {
+                put(gyro, i, add(take(gyro, i), g.part(take(f, i))));
+            }
         }
         if let Some(h) = &self.g2_sensitivity {
-            gyro = add(gyro, h.part(truth.specific_force));
-        }
-        Reading {
-            gyro,
-            accel,
-            gyro_rate: truth.angular_acceleration,
-            temperature_c: t,
+            for i in 0..N {
+                put(gyro, i, add(take(gyro, i), h.part(take(f, i))));
+            }
         }
     }
 }

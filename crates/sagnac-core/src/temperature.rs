@@ -5,7 +5,7 @@
 //! stand. Outside the temperature range the nearer end counts.
 //! Lecture slides 4 and 5 ("often modeled as a function of temperature"); [IEEE1293], [IEEE952].
 
-use crate::{Real, vector::Vector};
+use crate::{Real, flags, vector::Vector};
 
 /// The highest power of θ.
 pub const MAX_POWER: usize = 8;
@@ -301,45 +301,63 @@ impl<T: Real> Thermal<T> {
     /// What is added at a temperature (°C): x, y, z; NaN for NaN where anything depends on it.
     #[inline]
     pub fn at(&self, temperature_c: T) -> Vector<T> {
-        let mut sum = [T::ZERO; 3];
+        let mut sum = [[T::ZERO]; 3];
+        self.add_to(&[temperature_c], &mut sum);
+        [sum[0][0], sum[1][0], sum[2][0]]
+    }
+
+    /// What temperature adds, added to N samples of each axis.
+    #[inline(always)]
+    pub fn add_to<const N: usize>(&self, temperature_c: &[T; N], to: &mut [[T; N]; 3]) {
         if !self.is_present() {
-            return sum;
+            return;
         }
-        let t = match self.range_c {
-            Some([low, high]) => temperature_c.held(low, high),
-            None => temperature_c,
-        };
-        let theta = t - self.reference_c;
+        let mut t = *temperature_c;
+        if let Some([low, high]) = self.range_c {
+            for i in 0..N {
+                t[i] = t[i].held(low, high);
+            }
+        }
+        let mut sum = [[T::ZERO; N]; 3];
         for row in self.polynomial().iter().rev() {
-            for axis in 0..3 {
-                sum[axis] = (sum[axis] + row[axis]) * theta;
+            for i in 0..N {
+                let theta = t[i] - self.reference_c;
+                for axis in 0..3 {
+                    sum[axis][i] = (sum[axis][i] + row[axis]) * theta;
+                }
             }
         }
         if let Some(spline) = &self.spline {
-            let more = spline.at(t);
-            for axis in 0..3 {
-                sum[axis] += more[axis];
+            for i in 0..N {
+                let more = spline.at(t[i]);
+                for axis in 0..3 {
+                    sum[axis][i] += more[axis];
+                }
             }
         }
-        sum
-    }
-
-    /// Whether a temperature lies outside the stated range; never where nothing depends on it
-    /// or no range is stated.
-    #[inline]
-    pub fn is_outside_stated(&self, temperature_c: T) -> bool {
-        match self.range_c {
-            Some([low, high]) => self.is_present() && (temperature_c < low || temperature_c > high),
-            None => false,
+        for axis in 0..3 {
+            for i in 0..N {
+                to[axis][i] += sum[axis][i];
+            }
         }
     }
 
-    /// Whether there are terms without a stated range and the temperature is beyond −40…85 °C.
-    #[inline]
-    pub fn is_outside_default(&self, temperature_c: T) -> bool {
-        self.is_present()
-            && self.range_c.is_none()
-            && (temperature_c < T::from_f64(DEFAULT_RANGE_C[0])
-                || temperature_c > T::from_f64(DEFAULT_RANGE_C[1]))
+    /// Sets the flags of samples outside the stated range, or, where none is stated, beyond
+    /// −40…85 °C. NaN sets none.
+    #[inline(always)]
+    pub(crate) fn flag<const N: usize>(&self, temperature_c: &[T; N], to: &mut [u32; N]) {
+        if !self.is_present() {
+            return;
+        }
+        let ([low, high], bit) = match self.range_c {
+            Some(range) => (range, flags::TEMPERATURE),
+            None => (DEFAULT_RANGE_C.map(T::from_f64), flags::OUTSIDE_VALIDITY),
+        };
+        for i in 0..N {
+            let t = temperature_c[i];
+            if t < low || t > high {
+                to[i] |= bit;
+            }
+        }
     }
 }

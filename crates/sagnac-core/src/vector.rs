@@ -68,6 +68,26 @@ pub fn norm_inf<T: Real>(v: Vector<T>) -> T {
     v[0].abs().larger(v[1].abs().larger(v[2].abs()))
 }
 
+/// Sample i of three channels.
+#[inline(always)]
+pub(crate) fn take<T: Real, const N: usize>(from: &[[T; N]; 3], i: usize) -> Vector<T> {
+    [from[0][i], from[1][i], from[2][i]]
+}
+
+/// The matrix of sample i.
+#[inline(always)]
+pub(crate) fn take_matrix<T: Real, const N: usize>(from: &[[[T; N]; 3]; 3], i: usize) -> Matrix<T> {
+    [take(&from[0], i), take(&from[1], i), take(&from[2], i)]
+}
+
+/// Writes sample i of three channels.
+#[inline(always)]
+pub(crate) fn put<T: Real, const N: usize>(to: &mut [[T; N]; 3], i: usize, v: Vector<T>) {
+    to[0][i] = v[0];
+    to[1][i] = v[1];
+    to[2][i] = v[2];
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
