@@ -12,7 +12,7 @@ use sagnac_core::{
     TruthBlock,
 };
 
-#[path = "../tests/models.rs"]
+#[path = "../tests/common/models.rs"]
 mod models;
 
 const BLOCK: usize = 4096;

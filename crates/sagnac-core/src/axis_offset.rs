@@ -35,6 +35,22 @@ impl<T: Real> AxisOffset<T> {
         ]
     }
 
+    /// The same where each r_k lies along its own axis: −(|ω|² − ω_k²) r_k,k.
+    #[inline(always)]
+    pub(crate) fn centripetal_own(&self, w: Vector<T>) -> Vector<T> {
+        let r = &self.position;
+        let (x, y, z) = (w[0] * w[0], w[1] * w[1], w[2] * w[2]);
+        [
+            -(r[0][0] * (y + z)),
+            -(r[1][1] * (x + z)),
+            -(r[2][2] * (x + y)),
+        ]
+    }
+
+    pub(crate) fn is_own(&self) -> bool {
+        crate::vector::is_diagonal(&self.position)
+    }
+
     /// [ω̇ × r_k]_k.
     #[inline(always)]
     pub fn tangential(&self, wdot: Vector<T>) -> Vector<T> {

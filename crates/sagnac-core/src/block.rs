@@ -5,7 +5,7 @@
 
 use crate::{
     Compensation, Measurement, Real,
-    compensation::{Lanes, Results},
+    compensation::{Lanes, Work},
     simd::{Kernel, dispatch},
 };
 
@@ -74,16 +74,40 @@ fn load<T: Real>(from: Option<&[T]>, at: usize, fill: T) -> [T; LANES] {
     lanes
 }
 
+/// 32 numbers from `at` on where they lie, or copied to `spare` where fewer are left.
+#[inline(always)]
+fn lanes<'s, T: Real>(from: &'s [T], at: usize, spare: &'s mut [T; LANES]) -> &'s [T; LANES] {
+    let rest = from.get(at..).unwrap_or(&[]);
+    if let Some(whole) = rest.first_chunk::<LANES>() {
+        return whole;
+    }
+    *spare = [T::ZERO; LANES];
+    for (to, from) in spare.iter_mut().zip(rest) {
+        *to = *from;
+    }
+    spare
+}
+
+#[inline(always)]
+fn lanes_three<'s, T: Real>(
+    [x, y, z]: [&'s [T]; 3],
+    at: usize,
+    [sx, sy, sz]: [&'s mut [T; LANES]; 3],
+) -> [&'s [T; LANES]; 3] {
+    [lanes(x, at, sx), lanes(y, at, sy), lanes(z, at, sz)]
+}
+
 #[inline(always)]
 fn load_three<T: Real>(from: Option<[&[T]; 3]>, at: usize) -> [[T; LANES]; 3] {
-    let axis = |k: usize| {
-        load(
-            from.and_then(|channels| channels.get(k).copied()),
-            at,
-            T::ZERO,
-        )
+    let [x, y, z] = match from {
+        Some([x, y, z]) => [Some(x), Some(y), Some(z)],
+        None => [None; 3],
     };
-    [axis(0), axis(1), axis(2)]
+    [
+        load(x, at, T::ZERO),
+        load(y, at, T::ZERO),
+        load(z, at, T::ZERO),
+    ]
 }
 
 #[inline(always)]
@@ -115,28 +139,35 @@ struct CorrectKernel<'k, 'a, T: Real> {
 impl<T: Real> Kernel for CorrectKernel<'_, '_, T> {
     #[inline(always)]
     fn run(self) {
-        let t0 = self.inverse.measurement().reference_c;
-        let mut results = Results::<T, LANES>::zero();
+        let t0 = [self.inverse.measurement().reference_c; LANES];
+        let zero = [T::ZERO; LANES];
+        let none = [&zero; 3];
+        let mut work = Work::<T, LANES>::new();
+        // Where the last, short piece is copied to.
+        let mut spare = [zero; 10];
         let mut at = 0;
         while at < self.count {
-            let gyro = load_three(Some(self.input.gyro), at);
-            let accel = load_three(Some(self.input.accel), at);
-            let rate = load_three(self.input.gyro_rate, at);
-            let temperature = load(self.input.temperature_c, at, t0);
+            let [s0, s1, s2, s3, s4, s5, s6, s7, s8, s9] = &mut spare;
             let lanes = Lanes {
-                gyro: [&gyro[0], &gyro[1], &gyro[2]],
-                accel: [&accel[0], &accel[1], &accel[2]],
-                gyro_rate: [&rate[0], &rate[1], &rate[2]],
-                temperature_c: &temperature,
+                gyro: lanes_three(self.input.gyro, at, [s0, s1, s2]),
+                accel: lanes_three(self.input.accel, at, [s3, s4, s5]),
+                gyro_rate: match self.input.gyro_rate {
+                    Some(rate) => lanes_three(rate, at, [s6, s7, s8]),
+                    None => none,
+                },
+                temperature_c: match self.input.temperature_c {
+                    Some(temperature) => lanes(temperature, at, s9),
+                    None => &t0,
+                },
             };
-            self.inverse.correct_lanes(&lanes, &mut results);
-            for (lanes, to) in results.gyro.iter().zip(&mut self.output.gyro) {
+            self.inverse.correct_lanes(&lanes, &mut work);
+            for (lanes, to) in work.gyro().iter().zip(&mut self.output.gyro) {
                 store(lanes, to, at);
             }
-            for (lanes, to) in results.accel.iter().zip(&mut self.output.accel) {
+            for (lanes, to) in work.accel().iter().zip(&mut self.output.accel) {
                 store(lanes, to, at);
             }
-            store(&results.flags, self.output.flags, at);
+            store(work.flags(), self.output.flags, at);
             at += LANES;
         }
     }

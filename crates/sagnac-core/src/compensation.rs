@@ -19,7 +19,7 @@ use crate::{
     TriadErrors,
     bound::BoundTerms,
     flags,
-    vector::{self, put, take, take_matrix},
+    vector::{self, put, take, take_from, take_matrix},
 };
 
 /// A model's inverse, ready for use.
@@ -62,18 +62,46 @@ pub struct Compensation<T: Real> {
     shape: Shape,
 }
 
-/// Which terms a model has: what is absent costs nothing.
+/// How much of a matrix is there: what is absent costs nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    None,
+    Diagonal,
+    Full,
+}
+
+impl Part {
+    const fn of(is_present: bool, is_diagonal: bool) -> Self {
+        if !is_present {
+            Self::None
+        } else if is_diagonal {
+            Self::Diagonal
+        } else {
+            Self::Full
+        }
+    }
+}
+
+/// Which terms a model has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,
-    reason = "five terms that are there or not, known to the compiler one by one"
+    reason = "terms that are there or not, known to the compiler one by one"
 )]
 struct Shape {
     gyro_nonlinear: bool,
     accel_nonlinear: bool,
-    g: bool,
-    h: bool,
-    offset: bool,
+    g: Part,
+    squares: bool,
+    products: bool,
+    offset: Part,
+}
+
+impl Shape {
+    #[inline(always)]
+    fn couples(self) -> bool {
+        self.g != Part::None || self.squares || self.products
+    }
 }
 
 /// N readings, a slice of N numbers a channel.
@@ -85,21 +113,37 @@ pub(crate) struct Lanes<'a, T, const N: usize> {
     pub(crate) temperature_c: &'a [T; N],
 }
 
-/// N results.
-#[derive(Clone, Copy)]
-pub(crate) struct Results<T, const N: usize> {
-    pub(crate) gyro: [[T; N]; 3],
-    pub(crate) accel: [[T; N]; 3],
-    pub(crate) flags: [u32; N],
+/// Where N samples are worked; its `gyro.solution`, `force` and `flags` are the results.
+pub(crate) struct Work<T, const N: usize> {
+    gyro: Prepared<T, N>,
+    accel: Prepared<T, N>,
+    tangential: [[T; N]; 3],
+    force: [[T; N]; 3],
+    flags: [u32; N],
 }
 
-impl<T: Real, const N: usize> Results<T, N> {
-    pub(crate) fn zero() -> Self {
+impl<T: Real, const N: usize> Work<T, N> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
         Self {
-            gyro: [[T::ZERO; N]; 3],
-            accel: [[T::ZERO; N]; 3],
+            gyro: Prepared::zero(),
+            accel: Prepared::zero(),
+            tangential: [[T::ZERO; N]; 3],
+            force: [[T::ZERO; N]; 3],
             flags: [0; N],
         }
+    }
+
+    pub(crate) fn gyro(&self) -> &[[T; N]; 3] {
+        &self.gyro.solution
+    }
+
+    pub(crate) fn accel(&self) -> &[[T; N]; 3] {
+        &self.force
+    }
+
+    pub(crate) fn flags(&self) -> &[u32; N] {
+        &self.flags
     }
 }
 
@@ -187,9 +231,16 @@ impl<T: Real> Compensation<T> {
             shape: Shape {
                 gyro_nonlinear: forward.gyro.is_nonlinear,
                 accel_nonlinear: forward.accel.is_nonlinear,
-                g: forward.g_sensitivity.is_some(),
-                h: forward.g2_sensitivity.is_some(),
-                offset: forward.axis_offset.is_some(),
+                g: Part::of(
+                    model.gyro_g_sensitivity.is_present(),
+                    model.gyro_g_sensitivity.is_diagonal(),
+                ),
+                squares: model.gyro_g2_sensitivity.has_squares(),
+                products: model.gyro_g2_sensitivity.has_products(),
+                offset: Part::of(
+                    model.accel_axis_offset.is_present(),
+                    model.accel_axis_offset.is_own(),
+                ),
             },
         })
     }
@@ -245,13 +296,12 @@ impl<T: Real> Compensation<T> {
             gyro_rate: [&rate[0], &rate[1], &rate[2]],
             temperature_c: &temperature,
         };
-        let mut results = Results::<T, 1>::zero();
-        self.correct_lanes(&lanes, &mut results);
-        let (g, a) = (&results.gyro, &results.accel);
+        let mut work = Work::<T, 1>::new();
+        self.correct_lanes(&lanes, &mut work);
         Corrected {
-            gyro: [g[0][0], g[1][0], g[2][0]],
-            accel: [a[0][0], a[1][0], a[2][0]],
-            flags: results.flags[0],
+            gyro: take(work.gyro(), 0),
+            accel: take(work.accel(), 0),
+            flags: work.flags()[0],
         }
     }
 
@@ -260,92 +310,102 @@ impl<T: Real> Compensation<T> {
     pub(crate) fn correct_lanes<const N: usize>(
         &self,
         input: &Lanes<'_, T, N>,
-        output: &mut Results<T, N>,
+        work: &mut Work<T, N>,
     ) {
+        use Part::{Diagonal, Full, None};
         let shape = self.shape;
         let t = input.temperature_c;
-        let mut gyro = prepare(&self.forward.gyro, &self.inverse[0], &input.gyro, t);
-        let mut accel = prepare(&self.forward.accel, &self.inverse[1], &input.accel, t);
-        let mut tangential = [[T::ZERO; N]; 3];
-        if let Some(offset) = &self.forward.axis_offset {
+        work.gyro
+            .fill(&self.forward.gyro, &self.inverse[0], input.gyro, t);
+        work.accel
+            .fill(&self.forward.accel, &self.inverse[1], input.accel, t);
+        if let Some(offset) = self.forward.axis_offset {
             for i in 0..N {
-                let wdot = input.gyro_rate.map(|channel| channel[i]);
-                put(&mut tangential, i, offset.tangential(wdot));
+                let wdot = take_from(input.gyro_rate, i);
+                put(&mut work.tangential, i, offset.tangential(wdot));
             }
         }
-        let force = &mut output.accel;
-        // Where all shapes were left to the run time the loops would not become vector code.
-        let shape_of = |[gyro_nonlinear, accel_nonlinear, g, h, offset]: [bool; 5]| Shape {
-            gyro_nonlinear,
-            accel_nonlinear,
-            g,
-            h,
-            offset,
-        };
+        // The rounds are compiled for the usual sets of terms, in which the loops become
+        // vector code, and once for any set.
         macro_rules! rounds {
-            ($($known:expr),*) => {
+            ($(($n_g:tt, $n_a:tt, $g:tt, $squares:tt, $products:tt, $offset:tt)),*) => {
                 match shape {
-                    $(_ if N > 1 && shape == shape_of($known) => {
-                        self.run_rounds(&mut gyro, &mut accel, &tangential, force, shape_of($known));
-                    })*
-                    _ => self.run_rounds(&mut gyro, &mut accel, &tangential, force, shape),
+                    $(Shape {
+                        gyro_nonlinear: $n_g,
+                        accel_nonlinear: $n_a,
+                        g: $g,
+                        squares: $squares,
+                        products: $products,
+                        offset: $offset,
+                    } if N > 1 => self.run_rounds(work, Shape {
+                        gyro_nonlinear: $n_g,
+                        accel_nonlinear: $n_a,
+                        g: $g,
+                        squares: $squares,
+                        products: $products,
+                        offset: $offset,
+                    }),)*
+                    _ => self.run_rounds(work, shape),
                 }
             };
         }
         rounds!(
-            [false, false, false, false, false],
-            [false, false, true, false, false],
-            [false, false, false, false, true],
-            [false, false, true, false, true],
-            [false, false, true, true, true],
-            [true, true, true, false, true],
-            [true, true, true, true, true]
+            (false, false, None, false, false, None),
+            (false, false, Full, false, false, None),
+            (false, false, None, false, false, Full),
+            (false, false, Full, false, false, Full),
+            (false, false, Diagonal, false, true, Diagonal),
+            (false, false, Full, true, true, Full),
+            (true, true, Full, false, false, Full),
+            (true, true, Full, true, true, Full)
         );
-        output.gyro = gyro.solution;
-        self.flag(input, &accel.solution, &tangential, output);
+        self.flag(input, work);
     }
 
     /// The rounds themselves; `shape` says which terms there are.
     #[inline(always)]
-    fn run_rounds<const N: usize>(
-        &self,
-        gyro: &mut Prepared<T, N>,
-        accel: &mut Prepared<T, N>,
-        tangential: &[[T; N]; 3],
-        force: &mut [[T; N]; 3],
-        shape: Shape,
-    ) {
-        let zero_g = crate::GSensitivity::default();
-        let zero_h = crate::G2Sensitivity::default();
-        let zero_r = crate::AxisOffset::default();
-        let g = self.forward.g_sensitivity.as_ref().unwrap_or(&zero_g);
-        let h = self.forward.g2_sensitivity.as_ref().unwrap_or(&zero_h);
-        let r = self.forward.axis_offset.as_ref().unwrap_or(&zero_r);
+    fn run_rounds<const N: usize>(&self, work: &mut Work<T, N>, shape: Shape) {
+        // Copies, so that the loops hold their numbers in registers.
+        let g = self.forward.g_sensitivity.unwrap_or_default();
+        let h = self.forward.g2_sensitivity.unwrap_or_default();
+        let r = self.forward.axis_offset.unwrap_or_default();
+        let n_a = self.forward.accel.nonlinearity();
+        let n_g = self.forward.gyro.nonlinearity();
+        let (gyro, accel) = (&mut work.gyro, &mut work.accel);
         for _ in 0..self.rounds {
             for i in 0..N {
                 let w = take(&gyro.solution, i);
                 let mut f = take(&accel.solution, i);
                 if shape.accel_nonlinear {
-                    let rest =
-                        vector::sub(take(&accel.centered, i), self.forward.accel.nonlinear(f));
+                    let rest = vector::sub(take(&accel.centered, i), n_a.part(f));
                     f = vector::apply(&take_matrix(&accel.inverse, i), rest);
                     put(&mut accel.solution, i, f);
                 }
-                if shape.offset {
-                    let effect = vector::add(r.centripetal(w), take(tangential, i));
+                if shape.offset != Part::None {
+                    let centripetal = if shape.offset == Part::Diagonal {
+                        r.centripetal_own(w)
+                    } else {
+                        r.centripetal(w)
+                    };
+                    let effect = vector::add(centripetal, take(&work.tangential, i));
                     f = vector::sub(f, effect);
                 }
-                put(force, i, f);
-                if shape.g || shape.h || shape.gyro_nonlinear {
+                put(&mut work.force, i, f);
+                if shape.couples() || shape.gyro_nonlinear {
                     let mut rest = take(&gyro.centered, i);
-                    if shape.g {
-                        rest = vector::sub(rest, g.part(f));
+                    match shape.g {
+                        Part::None => {}
+                        Part::Diagonal => rest = vector::sub(rest, g.diagonal_part(f)),
+                        Part::Full => rest = vector::sub(rest, g.part(f)),
                     }
-                    if shape.h {
-                        rest = vector::sub(rest, h.part(f));
+                    if shape.squares {
+                        rest = vector::sub(rest, h.square_part(f));
+                    }
+                    if shape.products {
+                        rest = vector::sub(rest, h.product_part(f));
                     }
                     if shape.gyro_nonlinear {
-                        rest = vector::sub(rest, self.forward.gyro.nonlinear(w));
+                        rest = vector::sub(rest, n_g.part(w));
                     }
                     let w = vector::apply(&take_matrix(&gyro.inverse, i), rest);
                     put(&mut gyro.solution, i, w);
@@ -356,28 +416,22 @@ impl<T: Real> Compensation<T> {
 
     /// The flags of each sample; results of which a needed value is not finite become NaN.
     #[inline(always)]
-    fn flag<const N: usize>(
-        &self,
-        input: &Lanes<'_, T, N>,
-        sensed: &[[T; N]; 3],
-        tangential: &[[T; N]; 3],
-        output: &mut Results<T, N>,
-    ) {
+    fn flag<const N: usize>(&self, input: &Lanes<'_, T, N>, work: &mut Work<T, N>) {
         let mut limit = [[T::ZERO; N]; 2];
         let mut outside = [0_u32; N];
         match &self.bound {
             Some(bound) => {
-                limit = bound.limit.map(|u| [u; N]);
+                limit = [[bound.limit[0]; N], [bound.limit[1]; N]];
                 if !bound.is_inside() {
                     outside = [flags::OUTSIDE_VALIDITY; N];
                 }
             }
             None => {
                 for i in 0..N {
-                    let size = |y: &[&[T; N]; 3]| vector::norm_inf(y.map(|channel| channel[i]));
+                    let size = |y: [&[T; N]; 3]| vector::norm_inf(take_from(y, i));
                     let bound = self.terms.at([
-                        self.range[0].unwrap_or(size(&input.gyro)),
-                        self.range[1].unwrap_or(size(&input.accel)),
+                        self.range[0].unwrap_or(size(input.gyro)),
+                        self.range[1].unwrap_or(size(input.accel)),
                     ]);
                     limit[0][i] = bound.limit[0];
                     limit[1][i] = bound.limit[1];
@@ -388,7 +442,7 @@ impl<T: Real> Compensation<T> {
             }
         }
         let shape = self.shape;
-        let couples = shape.g || shape.h;
+        let (couples, has_offset) = (shape.couples(), shape.offset != Part::None);
         let thermal = [
             (
                 &self.forward.gyro.bias_thermal,
@@ -400,95 +454,107 @@ impl<T: Real> Compensation<T> {
             ),
         ];
         let depends = thermal.map(|(bias, scale)| bias.is_present() || scale.is_present());
+        let saturated = self.saturated;
         for i in 0..N {
             let t = input.temperature_c[i];
-            let y = [
-                input.gyro.map(|channel| channel[i]),
-                input.accel.map(|channel| channel[i]),
-            ];
+            let y = [take_from(input.gyro, i), take_from(input.accel, i)];
             let finite = |v: [T; 3]| v[0].is_finite() & v[1].is_finite() & v[2].is_finite();
             let t_finite = t.is_finite();
             let gyro_alone = finite(y[0]) & (t_finite | !depends[0]);
             let accel_alone = finite(y[1]) & (t_finite | !depends[1]);
-            let moved = finite(take(tangential, i));
-            let accel_ok = accel_alone & (!shape.offset | (gyro_alone & moved));
+            let tangential = take(&work.tangential, i);
+            let moved = finite(tangential);
+            let accel_ok = accel_alone & (!has_offset | (gyro_alone & moved));
             let gyro_ok = gyro_alone & (!couples | accel_ok);
 
-            let w = take(&output.gyro, i);
-            let f = take(&output.accel, i);
-            let sensed = take(sensed, i);
+            let w = take(&work.gyro.solution, i);
+            let f = take(&work.force, i);
+            let sensed = take(&work.accel.solution, i);
             let within =
                 |v: [T; 3], u: T| (v[0].abs() <= u) & (v[1].abs() <= u) & (v[2].abs() <= u);
             let in_box = (!gyro_ok | within(w, limit[0][i]))
-                & (!accel_ok
-                    | (within(sensed, limit[1][i]) & within(take(tangential, i), limit[1][i])));
+                & (!accel_ok | (within(sensed, limit[1][i]) & within(tangential, limit[1][i])));
             let full = |v: [T; 3], edge: [T; 3]| {
                 (v[0].abs() >= edge[0]) | (v[1].abs() >= edge[1]) | (v[2].abs() >= edge[2])
             };
             let bit = |condition: bool, bit: u32| if condition { bit } else { 0 };
-            output.flags[i] = outside[i]
-                | bit(full(y[0], self.saturated[0]), flags::GYRO_SATURATED)
-                | bit(full(y[1], self.saturated[1]), flags::ACCEL_SATURATED)
+            work.flags[i] = outside[i]
+                | bit(full(y[0], saturated[0]), flags::GYRO_SATURATED)
+                | bit(full(y[1], saturated[1]), flags::ACCEL_SATURATED)
                 | bit(!in_box, flags::OUTSIDE_VALIDITY)
                 | bit(!(gyro_ok & accel_ok), flags::NOT_FINITE);
             let or_nan = |ok: bool, x: T| if ok { x } else { T::NAN };
-            put(&mut output.gyro, i, w.map(|x| or_nan(gyro_ok, x)));
-            put(&mut output.accel, i, f.map(|x| or_nan(accel_ok, x)));
+            let or_nan_3 =
+                |ok: bool, v: [T; 3]| [or_nan(ok, v[0]), or_nan(ok, v[1]), or_nan(ok, v[2])];
+            put(&mut work.gyro.solution, i, or_nan_3(gyro_ok, w));
+            put(&mut work.force, i, or_nan_3(accel_ok, f));
         }
         if depends[0] || depends[1] {
             for (bias, scale) in thermal {
                 for part in [bias, scale] {
-                    part.flag(input.temperature_c, &mut output.flags);
+                    part.flag(input.temperature_c, &mut work.flags);
                 }
             }
         } else if let Some([low, high]) = self.temperature_range_c {
             for i in 0..N {
                 let t = input.temperature_c[i];
                 if t < low || t > high {
-                    output.flags[i] |= flags::TEMPERATURE;
+                    work.flags[i] |= flags::TEMPERATURE;
                 }
             }
         }
     }
 }
 
-/// b taken off, the inverse matrix of each sample, and the start of the rounds.
-#[inline(always)]
-fn prepare<T: Real, const N: usize>(
-    errors: &TriadErrors<T>,
-    inverse: &vector::Matrix<T>,
-    y: &[&[T; N]; 3],
-    temperature_c: &[T; N],
-) -> Prepared<T, N> {
-    let mut bias = errors.triad.bias.fixed.map(|b| [b; N]);
-    errors.bias_thermal.add_to(temperature_c, &mut bias);
-    let mut inverses = inverse.map(|row| row.map(|x| [x; N]));
-    if errors.scale_thermal.is_present() {
-        let mut scale = [[T::ZERO; N]; 3];
-        errors.scale_thermal.add_to(temperature_c, &mut scale);
-        for i in 0..N {
-            let mut gain = errors.gain;
-            for k in 0..3 {
-                gain[k][k] += scale[k][i];
+impl<T: Real, const N: usize> Prepared<T, N> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self {
+            centered: [[T::ZERO; N]; 3],
+            inverse: [[[T::ZERO; N]; 3]; 3],
+            solution: [[T::ZERO; N]; 3],
+        }
+    }
+
+    /// b taken off, the inverse matrix of each sample, and the start of the rounds.
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        errors: &TriadErrors<T>,
+        constant: &vector::Matrix<T>,
+        y: [&[T; N]; 3],
+        temperature_c: &[T; N],
+    ) {
+        let fixed = errors.triad.bias.fixed;
+        let mut bias = [[fixed[0]; N], [fixed[1]; N], [fixed[2]; N]];
+        errors.bias_thermal.add_to(temperature_c, &mut bias);
+        if errors.scale_thermal.is_present() {
+            let mut scale = [[T::ZERO; N]; 3];
+            errors.scale_thermal.add_to(temperature_c, &mut scale);
+            let at_reference = errors.gain;
+            for i in 0..N {
+                let mut gain = at_reference;
+                for k in 0..3 {
+                    gain[k][k] += scale[k][i];
+                }
+                let (of_sample, _) = vector::inverse(&gain);
+                for j in 0..3 {
+                    put(&mut self.inverse[j], i, of_sample[j]);
+                }
             }
-            let (of_sample, _) = vector::inverse(&gain);
+        } else {
+            let constant = *constant;
             for j in 0..3 {
                 for k in 0..3 {
-                    inverses[j][k][i] = of_sample[j][k];
+                    self.inverse[j][k] = [constant[j][k]; N];
                 }
             }
         }
+        for i in 0..N {
+            let centered = vector::sub(take_from(y, i), take(&bias, i));
+            let start = vector::apply(&take_matrix(&self.inverse, i), centered);
+            put(&mut self.centered, i, centered);
+            put(&mut self.solution, i, start);
+        }
     }
-    let mut prepared = Prepared {
-        centered: [[T::ZERO; N]; 3],
-        inverse: inverses,
-        solution: [[T::ZERO; N]; 3],
-    };
-    for i in 0..N {
-        let centered = vector::sub(y.map(|channel| channel[i]), take(&bias, i));
-        let start = vector::apply(&take_matrix(&prepared.inverse, i), centered);
-        put(&mut prepared.centered, i, centered);
-        put(&mut prepared.solution, i, start);
-    }
-    prepared
 }

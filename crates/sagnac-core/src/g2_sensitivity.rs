@@ -49,6 +49,44 @@ impl<T: Real> G2Sensitivity<T> {
         ]
     }
 
+    /// The columns xx, yy, zz of H q(f).
+    #[inline(always)]
+    pub(crate) fn square_part(&self, f: Vector<T>) -> Vector<T> {
+        let q = [f[0] * f[0], f[1] * f[1], f[2] * f[2]];
+        let row = |h: &[T; 6]| h[0] * q[0] + h[1] * q[1] + h[2] * q[2];
+        [
+            row(&self.matrix[0]),
+            row(&self.matrix[1]),
+            row(&self.matrix[2]),
+        ]
+    }
+
+    /// The columns xy, xz, yz of H q(f).
+    #[inline(always)]
+    pub(crate) fn product_part(&self, f: Vector<T>) -> Vector<T> {
+        let q = [f[0] * f[1], f[0] * f[2], f[1] * f[2]];
+        let row = |h: &[T; 6]| h[3] * q[0] + h[4] * q[1] + h[5] * q[2];
+        [
+            row(&self.matrix[0]),
+            row(&self.matrix[1]),
+            row(&self.matrix[2]),
+        ]
+    }
+
+    pub(crate) fn has_squares(&self) -> bool {
+        self.matrix
+            .iter()
+            .flat_map(|row| row.iter().take(3))
+            .any(|h| *h != T::ZERO)
+    }
+
+    pub(crate) fn has_products(&self) -> bool {
+        self.matrix
+            .iter()
+            .flat_map(|row| row.iter().skip(3))
+            .any(|h| *h != T::ZERO)
+    }
+
     /// Whether any element is not zero.
     pub fn is_present(&self) -> bool {
         self.matrix.iter().flatten().any(|h| *h != T::ZERO)

@@ -28,6 +28,17 @@ impl<T: Real> GSensitivity<T> {
         apply(&self.matrix, f)
     }
 
+    /// G f where only the diagonal is not zero.
+    #[inline(always)]
+    pub(crate) fn diagonal_part(&self, f: Vector<T>) -> Vector<T> {
+        let g = &self.matrix;
+        [g[0][0] * f[0], g[1][1] * f[1], g[2][2] * f[2]]
+    }
+
+    pub(crate) fn is_diagonal(&self) -> bool {
+        crate::vector::is_diagonal(&self.matrix)
+    }
+
     /// Whether any element is not zero.
     pub fn is_present(&self) -> bool {
         self.matrix.iter().flatten().any(|g| *g != T::ZERO)

@@ -44,7 +44,7 @@ pub use compensation::Compensation;
 pub use cross_axis::CrossAxis;
 pub use g_sensitivity::GSensitivity;
 pub use g2_sensitivity::G2Sensitivity;
-pub use measurement::{Measurement, TriadErrors};
+pub use measurement::{Measurement, NonlinearPart, TriadErrors};
 pub use misalignment::{Misalignment, OffDiagonal};
 pub use model::{DEFAULT_REFERENCE_C, Draw, SensorModel, Triad};
 pub use nonlinearity::Nonlinearity;

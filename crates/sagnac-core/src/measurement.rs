@@ -15,6 +15,25 @@ use crate::{
     vector::{Matrix, Vector, add, apply, put, take},
 };
 
+/// N_k(u) = k2_k u_k² + k3_k u_k³ + ½ a_k |u_k|.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NonlinearPart<T> {
+    polynomial: crate::Nonlinearity<T>,
+    asymmetry: crate::Asymmetry<T>,
+}
+
+impl<T: Real> NonlinearPart<T> {
+    /// N(u).
+    #[inline(always)]
+    pub fn part(&self, u: Vector<T>) -> Vector<T> {
+        let n = &self.polynomial;
+        add(
+            add(n.quadratic_part(u), n.cubic_part(u)),
+            self.asymmetry.part(u),
+        )
+    }
+}
+
 /// b(T), M(T) and N of a triad, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriadErrors<T: Real> {
@@ -84,33 +103,35 @@ impl<T: Real> TriadErrors<T> {
         gain
     }
 
-    /// N(u), zero for a linear triad.
+    /// N, a copy.
     #[inline(always)]
-    pub fn nonlinear(&self, u: Vector<T>) -> Vector<T> {
-        let n = &self.triad.nonlinearity;
-        add(
-            add(n.quadratic_part(u), n.cubic_part(u)),
-            self.triad.asymmetry.part(u),
-        )
+    pub fn nonlinearity(&self) -> NonlinearPart<T> {
+        NonlinearPart {
+            polynomial: self.triad.nonlinearity,
+            asymmetry: self.triad.asymmetry,
+        }
     }
 
     /// b + (I + M) u + N(u) of N samples.
     #[inline(always)]
     fn output<const N: usize>(&self, u: &[[T; N]; 3], temperature_c: &[T; N], y: &mut [[T; N]; 3]) {
-        let mut bias = self.triad.bias.fixed.map(|b| [b; N]);
+        let fixed = self.triad.bias.fixed;
+        let mut bias = [[fixed[0]; N], [fixed[1]; N], [fixed[2]; N]];
         self.bias_thermal.add_to(temperature_c, &mut bias);
         let mut scale = [[T::ZERO; N]; 3];
         self.scale_thermal.add_to(temperature_c, &mut scale);
+        let at_reference = self.gain;
         for i in 0..N {
-            let mut gain = self.gain;
+            let mut gain = at_reference;
             for k in 0..3 {
                 gain[k][k] += scale[k][i];
             }
             put(y, i, add(take(&bias, i), apply(&gain, take(u, i))));
         }
         if self.is_nonlinear {
+            let n = self.nonlinearity();
             for i in 0..N {
-                put(y, i, add(take(y, i), self.nonlinear(take(u, i))));
+                put(y, i, add(take(y, i), n.part(take(u, i))));
             }
         }
     }
@@ -217,7 +238,7 @@ impl<T: Real> Measurement<T> {
     ) {
         // 1. Size effect: what each accelerometer feels where it sits.
         let mut sensed = *f;
-        if let Some(offset) = &self.axis_offset {
+        if let Some(offset) = self.axis_offset {
             for i in 0..N {
                 let effect = add(
                     offset.centripetal(take(w, i)),
@@ -230,12 +251,12 @@ impl<T: Real> Measurement<T> {
         self.accel.output(&sensed, temperature_c, accel);
         self.gyro.output(w, temperature_c, gyro);
         // 3. What specific force does to the gyroscopes.
-        if let Some(g) = &self.g_sensitivity {
+        if let Some(g) = self.g_sensitivity {
             for i in 0..N {
                 put(gyro, i, add(take(gyro, i), g.part(take(f, i))));
             }
         }
-        if let Some(h) = &self.g2_sensitivity {
+        if let Some(h) = self.g2_sensitivity {
             for i in 0..N {
                 put(gyro, i, add(take(gyro, i), h.part(take(f, i))));
             }

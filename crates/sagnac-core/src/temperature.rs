@@ -319,9 +319,11 @@ impl<T: Real> Thermal<T> {
             }
         }
         let mut sum = [[T::ZERO; N]; 3];
+        let reference_c = self.reference_c;
         for row in self.polynomial().iter().rev() {
+            let row = *row;
             for i in 0..N {
-                let theta = t[i] - self.reference_c;
+                let theta = t[i] - reference_c;
                 for axis in 0..3 {
                     sum[axis][i] = (sum[axis][i] + row[axis]) * theta;
                 }

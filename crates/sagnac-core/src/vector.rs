@@ -68,9 +68,21 @@ pub fn norm_inf<T: Real>(v: Vector<T>) -> T {
     v[0].abs().larger(v[1].abs().larger(v[2].abs()))
 }
 
+/// Whether all elements off the diagonal are zero.
+pub(crate) fn is_diagonal<T: Real>(m: &Matrix<T>) -> bool {
+    let off = [m[0][1], m[0][2], m[1][0], m[1][2], m[2][0], m[2][1]];
+    off.iter().all(|x| *x == T::ZERO)
+}
+
 /// Sample i of three channels.
 #[inline(always)]
 pub(crate) fn take<T: Real, const N: usize>(from: &[[T; N]; 3], i: usize) -> Vector<T> {
+    [from[0][i], from[1][i], from[2][i]]
+}
+
+/// Sample i of three channels that lie apart.
+#[inline(always)]
+pub(crate) fn take_from<T: Real, const N: usize>(from: [&[T; N]; 3], i: usize) -> Vector<T> {
     [from[0][i], from[1][i], from[2][i]]
 }
 
