@@ -1,0 +1,79 @@
+//! What the tests against outside references share.
+
+#![allow(dead_code, reason = "each test program uses a part")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
+
+use std::path::{Path, PathBuf};
+
+/// The generator of SP 1065: n_{i+1} = 16807·n_i mod 2147483647, y_i = n_i/2147483647.
+pub fn generator(count: usize) -> Vec<f64> {
+    let mut n: u64 = 1_234_567_890;
+    (0..count)
+        .map(|_| {
+            let value = n as f64 / 2_147_483_647.0;
+            n = 16_807 * n % 2_147_483_647;
+            value
+        })
+        .collect()
+}
+
+/// Running sums.
+pub fn cumulative(values: &[f64]) -> Vec<f64> {
+    values
+        .iter()
+        .scan(0.0, |total, value| {
+            *total += value;
+            Some(*total)
+        })
+        .collect()
+}
+
+/// First differences, the first from zero.
+pub fn differences(values: &[f64]) -> Vec<f64> {
+    let mut before = 0.0;
+    values
+        .iter()
+        .map(|&value| {
+            let difference = value - before;
+            before = value;
+            difference
+        })
+        .collect()
+}
+
+/// A file of the recorded data, if it is there: `SAGNAC_DATA` or ../shared/data.
+pub fn data(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("SAGNAC_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let path = folder.join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!(
+        "skipped: no {name} in {} (set SAGNAC_DATA)",
+        folder.display()
+    );
+    None
+}
+
+/// The numbers of a file, comment lines left out.
+pub fn numbers(path: &Path) -> Vec<f64> {
+    std::fs::read_to_string(path)
+        .unwrap()
+        .lines()
+        .filter(|line| !line.trim_start().starts_with('#'))
+        .flat_map(str::split_whitespace)
+        .map(|cell| cell.parse().unwrap())
+        .collect()
+}
+
+/// Panics unless `got` is within `relative` of `want`.
+pub fn assert_rel(got: f64, want: f64, relative: f64, what: &str) {
+    assert!(
+        (got - want).abs() <= relative * want.abs(),
+        "{what}: {got:e} for {want:e}, off by {:e}",
+        (got / want - 1.0).abs()
+    );
+}
