@@ -26,7 +26,12 @@ fn bench(criterion: &mut Criterion) {
     group
         .sample_size(10)
         .throughput(Throughput::Elements(SAMPLES as u64));
-    for kind in [Deviation::Oadev, Deviation::Hdev, Deviation::Mdev, Deviation::Totdev] {
+    for kind in [
+        Deviation::Oadev,
+        Deviation::Hdev,
+        Deviation::Mdev,
+        Deviation::Totdev,
+    ] {
         let factors = TauGrid::Default.factors(kind, SAMPLES, 0.01);
         group.bench_function(format!("{} alone", kind.name()), |b| {
             b.iter(|| deviations_alone(&[black_box(&samples)], 0.01, kind, &factors));

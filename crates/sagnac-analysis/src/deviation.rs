@@ -5,6 +5,7 @@
 //! are pooled over their number of terms `[SP1065]`.
 
 pub(crate) mod adev;
+pub mod dynamic;
 pub(crate) mod hdev;
 pub(crate) mod kernel;
 pub(crate) mod mdev;

@@ -7,9 +7,12 @@ pub mod error;
 pub mod fit;
 pub mod noise_type;
 pub mod plan;
+pub mod spectrum;
 pub mod tau_grid;
 
 pub use confidence::{Interval, chi_squared_interval};
+pub use deviation::dynamic::{Window, dynamic};
 pub use deviation::{Curve, Deviation, Estimate, deviations};
 pub use error::Error;
+pub use spectrum::{Density, welch};
 pub use tau_grid::TauGrid;

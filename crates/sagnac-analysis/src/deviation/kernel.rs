@@ -13,6 +13,11 @@
 pub(crate) const GROUP: usize = 4;
 
 /// Σ a_k.
+#[inline(always)]
+#[allow(
+    clippy::inline_always,
+    reason = "keeps the vectors of a caller compiled for wider ones"
+)]
 pub(crate) fn sum(values: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
     let (chunks, rest) = values.as_chunks::<8>();
@@ -28,6 +33,11 @@ pub(crate) fn sum(values: &[f64]) -> f64 {
 }
 
 /// Σ a_k b_k over slices of one length.
+#[inline(always)]
+#[allow(
+    clippy::inline_always,
+    reason = "keeps the vectors of a caller compiled for wider ones"
+)]
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
     let (a_chunks, a_rest) = a.as_chunks::<8>();

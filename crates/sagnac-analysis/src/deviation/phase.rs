@@ -43,7 +43,7 @@ fn phase(samples: &[f64], number: usize) -> Result<Vec<f64>, Error> {
         starts.push(before);
         before += sum - chunk.len() as f64 * mean;
     }
-    let mut phase = vec![0.0; samples.len() + 1];
+    let mut phase = zeros(samples.len() + 1);
     phase[1..]
         .par_chunks_mut(CHUNK)
         .zip(samples.par_chunks(CHUNK))
@@ -57,6 +57,37 @@ fn phase(samples: &[f64], number: usize) -> Result<Vec<f64>, Error> {
         });
     Ok(phase)
 }
+
+/// Zeros, on huge pages where the system has them.
+///
+/// The far windows of long averaging times touch nine places at once: with small pages a fifth
+/// of the time goes into page faults and address translation.
+fn zeros(count: usize) -> Vec<f64> {
+    let mut zeros = vec![0.0_f64; count];
+    advise_huge_pages(&mut zeros);
+    zeros
+}
+
+#[cfg(target_os = "linux")]
+#[allow(
+    unsafe_code,
+    reason = "the advice has no safe wrapper without another dependency"
+)]
+fn advise_huge_pages(memory: &mut [f64]) {
+    const HUGE: usize = 1 << 21;
+    let start = memory.as_mut_ptr().addr();
+    let first = start.next_multiple_of(HUGE);
+    let end = (start + size_of_val(memory)) / HUGE * HUGE;
+    if first < end {
+        let aligned = memory.as_mut_ptr().wrapping_byte_add(first - start);
+        // SAFETY: the range lies inside the slice; the advice changes no content, and a refusal
+        // (a system without huge pages) is of no consequence.
+        unsafe { libc::madvise(aligned.cast(), end - first, libc::MADV_HUGEPAGE) };
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn advise_huge_pages(_: &mut [f64]) {}
 
 #[cfg(test)]
 mod tests {

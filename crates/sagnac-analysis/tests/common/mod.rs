@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// The generator of SP 1065: n_{i+1} = 16807·n_i mod 2147483647, y_i = n_i/2147483647.
-pub fn generator(count: usize) -> Vec<f64> {
+pub(crate) fn generator(count: usize) -> Vec<f64> {
     let mut n: u64 = 1_234_567_890;
     (0..count)
         .map(|_| {
@@ -18,7 +18,7 @@ pub fn generator(count: usize) -> Vec<f64> {
 }
 
 /// Running sums.
-pub fn cumulative(values: &[f64]) -> Vec<f64> {
+pub(crate) fn cumulative(values: &[f64]) -> Vec<f64> {
     values
         .iter()
         .scan(0.0, |total, value| {
@@ -29,7 +29,7 @@ pub fn cumulative(values: &[f64]) -> Vec<f64> {
 }
 
 /// First differences, the first from zero.
-pub fn differences(values: &[f64]) -> Vec<f64> {
+pub(crate) fn differences(values: &[f64]) -> Vec<f64> {
     let mut before = 0.0;
     values
         .iter()
@@ -42,7 +42,7 @@ pub fn differences(values: &[f64]) -> Vec<f64> {
 }
 
 /// A file of the recorded data, if it is there: `SAGNAC_DATA` or ../shared/data.
-pub fn data(name: &str) -> Option<PathBuf> {
+pub(crate) fn data(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("SAGNAC_DATA").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
         PathBuf::from,
@@ -59,7 +59,7 @@ pub fn data(name: &str) -> Option<PathBuf> {
 }
 
 /// The numbers of a file, comment lines left out.
-pub fn numbers(path: &Path) -> Vec<f64> {
+pub(crate) fn numbers(path: &Path) -> Vec<f64> {
     std::fs::read_to_string(path)
         .unwrap()
         .lines()
@@ -70,7 +70,7 @@ pub fn numbers(path: &Path) -> Vec<f64> {
 }
 
 /// Panics unless `got` is within `relative` of `want`.
-pub fn assert_rel(got: f64, want: f64, relative: f64, what: &str) {
+pub(crate) fn assert_rel(got: f64, want: f64, relative: f64, what: &str) {
     assert!(
         (got - want).abs() <= relative * want.abs(),
         "{what}: {got:e} for {want:e}, off by {:e}",
