@@ -1,7 +1,7 @@
 //! Equivalent degrees of freedom of a deviation and its χ² limits.
 //!
 //! edf = 2E²/Var of the variance estimate; σ̂²·edf/σ² is taken as χ² of edf degrees. The edf is
-//! Greenhall's sum over the covariance of the differences `[Greenhall2003]` with the generalized
+//! Greenhall's sum over the covariance of the differences `[GREENHALL]` with the generalized
 //! autocovariance of interval means: for α ≤ 0 that of phase samples that are not averaged.
 
 use statrs::function::gamma::{gamma_lr, gamma_ur, ln_gamma};

@@ -1,7 +1,7 @@
 //! The power-law noise type α at each averaging time, from the lag-1 autocorrelation.
 //!
 //! Every m-th phase point, a quadratic removed; difference until ρ = r/(1 + r) < 1/4, then
-//! α = 2 − 2d − round(2ρ) `[Riley2004]`. α = 2 is white phase (quantization), 0 white, −1
+//! α = 2 − 2d − round(2ρ) `[RILEY]`. α = 2 is white phase (quantization), 0 white, −1
 //! flicker, −2 random walk.
 
 use crate::deviation::kernel;

@@ -1,7 +1,7 @@
 //! Power spectral density by Welch's method: Hann window, half overlap, mean removed.
 //!
 //! S(f_j) = mean over pieces of 2·dt·|Σ w_k y_k e^{−2πi jk/L}|²/Σ w_k², one-sided
-//! `[Welch1967]`.
+//! `[WELCH]`.
 
 use rayon::prelude::*;
 use realfft::RealFftPlanner;

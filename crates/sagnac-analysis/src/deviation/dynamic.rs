@@ -1,6 +1,6 @@
 //! Dynamic Allan deviation: the overlapping one on windows that step by a quarter.
 //!
-//! Source `[Galleani2009]`. A log whose noise changes shows it here, not in one curve.
+//! Source `[GALLEANI]`. A log whose noise changes shows it here, not in one curve.
 
 use super::{Curve, Deviation, deviations};
 use crate::error::Error;
