@@ -67,7 +67,7 @@ function measure({ leastContrast, leastText, isPrint }) {
     const rects = texts.map((t) => t.getBoundingClientRect());
     for (let i = 0; i < texts.length; i++) {
       const size = parseFloat(getComputedStyle(texts[i]).fontSize) * scale;
-      if (size < leastText - 0.01) problems.push(`${where}: text of ${size.toFixed(2)} px: ${name(texts[i])}`);
+      if (size < (isPrint ? 9 : leastText) - 0.01) problems.push(`${where}: text of ${size.toFixed(2)} px: ${name(texts[i])}`);
       if (svg.closest("figure") && !isPrint && size > 16) {
         problems.push(`${where}: text of ${size.toFixed(1)} px: ${name(texts[i])}`);
       }

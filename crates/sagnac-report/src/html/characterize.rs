@@ -145,7 +145,7 @@ impl CharacterizePage {
             footer: String::new(),
         };
         let mut out = String::with_capacity(400_000);
-        page.open("", &mut out);
+        page.open(&mut out);
         if self.logs.len() == 1 {
             for log in &self.logs {
                 write_log(log, "", true, &mut out);

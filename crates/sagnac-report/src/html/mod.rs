@@ -3,13 +3,20 @@
 //! A page is built of [`Section`]s with paragraphs, tables and figures; the pages of the commands are
 //! structs of their own ([`CharacterizePage`] and others) that build one.
 
+mod calibration;
 mod characterize;
 mod rich;
 mod table;
+mod views;
 
+pub use calibration::{CalibrationPage, CertificatePage, Reference, ResultRow, ResultTable};
 pub use characterize::{CharacterizePage, Input, LogReport, Overview, ParameterCell, ParameterRow};
 pub use rich::Rich;
 pub use table::{HtmlCell, HtmlTable};
+pub use views::{
+    BudgetRow, ChartPage, ComparePage, CompareRow, DriftPage, ExplainPage, Opening, ResponsePage,
+    ResponseRow,
+};
 
 use core::fmt::Write as _;
 
@@ -212,13 +219,8 @@ fn figure_html(figure: &Figure, class: &str, out: &mut String) {
 impl Page {
     /// The page as one file of HTML.
     pub fn html(&self) -> String {
-        self.html_with("")
-    }
-
-    /// The page with more rules of style at its end.
-    pub(crate) fn html_with(&self, css: &str) -> String {
         let mut out = String::with_capacity(200_000);
-        self.open(css, &mut out);
+        self.open(&mut out);
         for section in &self.sections {
             section.write(&mut out);
         }
@@ -226,7 +228,7 @@ impl Page {
         out
     }
 
-    fn open(&self, css: &str, out: &mut String) {
+    fn open(&self, out: &mut String) {
         let _ = write!(
             out,
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -234,7 +236,7 @@ impl Page {
              <meta name=\"color-scheme\" content=\"light dark\">\n\
              <meta name=\"generator\" content=\"sagnac {}\">\n\
              <link rel=\"icon\" href=\"data:,\">\n\
-             <title>{}</title>\n<style>\n{TOKENS}{PAGE_CSS}{PLOT_CSS}{css}</style>\n</head>\n<body>\n",
+             <title>{}</title>\n<style>\n{TOKENS}{PAGE_CSS}{PLOT_CSS}</style>\n</head>\n<body>\n",
             escape(&self.version),
             escape(&self.title),
         );

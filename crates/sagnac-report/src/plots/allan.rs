@@ -65,6 +65,8 @@ pub struct AllanPanel {
     pub fit: Vec<f64>,
     /// The terms alone.
     pub terms: Vec<AllanTerm>,
+    /// Name of the fitted curve; empty: `sum of fitted terms`.
+    pub fit_name: String,
 }
 
 /// The panels of one sensor on one scale.
@@ -176,6 +178,11 @@ fn draw(panel: &AllanPanel, x: Scale, y: Scale, name_curves: bool) -> crate::svg
         plot.label(&text, point, Some(direction), 6.0, 130.0, style);
     }
     if name_curves {
+        let fit_name = if panel.fit_name.is_empty() {
+            "sum of fitted terms"
+        } else {
+            &panel.fit_name
+        };
         name(
             &mut plot,
             &panel.tau_s,
@@ -184,14 +191,7 @@ fn draw(panel: &AllanPanel, x: Scale, y: Scale, name_curves: bool) -> crate::svg
             "lm",
             50.0,
         );
-        name(
-            &mut plot,
-            &panel.tau_s,
-            &panel.fit,
-            "sum of fitted terms",
-            "lf",
-            230.0,
-        );
+        name(&mut plot, &panel.tau_s, &panel.fit, fit_name, "lf", 230.0);
     }
     plot.finish(
         &format!(
@@ -218,7 +218,10 @@ fn name(plot: &mut Plot, tau: &[f64], values: &[f64], text: &str, class: &str, d
     plot.label(text, point, Some(direction), 6.0, 110.0, style);
 }
 
-/// The part of a term's line that is near the curve: from a quarter of the sum on.
+/// The part of a term's line that is near the curve: from about a quarter of the sum on.
+///
+/// A term that is small everywhere is drawn where it is least small, over half a decade at least; a limit
+/// that lies outside of the picture is left out.
 fn shown_part(panel: &AllanPanel, term: &AllanTerm, y: Scale) -> (Vec<f64>, Vec<f64>) {
     const LEAST_SHARE: f64 = 0.22;
     let whole = if panel.fit.len() == panel.tau_s.len() {
@@ -226,15 +229,38 @@ fn shown_part(panel: &AllanPanel, term: &AllanTerm, y: Scale) -> (Vec<f64>, Vec<
     } else {
         &panel.deviation
     };
-    let mut tau = Vec::new();
-    let mut deviation = Vec::new();
-    for ((&t, &d), &sum) in panel.tau_s.iter().zip(&term.deviation).zip(whole) {
-        if d.is_finite() && d >= LEAST_SHARE * sum && y.holds(d) {
-            tau.push(t);
-            deviation.push(d);
-        }
+    let part = |least: f64| -> (Vec<f64>, Vec<f64>) {
+        panel
+            .tau_s
+            .iter()
+            .zip(&term.deviation)
+            .zip(whole)
+            .filter(|((_, d), sum)| d.is_finite() && **d >= least * **sum && y.holds(**d))
+            .map(|((&t, &d), _)| (t, d))
+            .unzip()
+    };
+    let long = |part: &(Vec<f64>, Vec<f64>)| match (part.0.first(), part.0.last()) {
+        (Some(first), Some(last)) => last / first > 3.0,
+        _ => false,
+    };
+    let near = part(LEAST_SHARE);
+    if long(&near) {
+        return near;
     }
-    (tau, deviation)
+    let most = term
+        .deviation
+        .iter()
+        .zip(whole)
+        .filter(|(d, _)| y.holds(**d))
+        .map(|(d, sum)| d / sum)
+        .filter(|share| share.is_finite())
+        .fold(0.0, f64::max);
+    let wider = part((0.35 * most).min(LEAST_SHARE));
+    if long(&wider) || !term.upper_limit {
+        wider
+    } else {
+        (Vec::new(), Vec::new())
+    }
 }
 
 fn middle(tau: &[f64], deviation: &[f64]) -> (f64, f64) {

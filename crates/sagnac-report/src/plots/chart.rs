@@ -39,6 +39,8 @@ pub struct CurveChart {
     pub x_log: bool,
     /// Logarithmic ordinate.
     pub y_log: bool,
+    /// Linear scales begin at zero.
+    pub from_zero: bool,
     /// The curves.
     pub curves: Vec<ChartCurve>,
     /// Width in units.
@@ -56,6 +58,7 @@ impl Default for CurveChart {
             y_title: String::new(),
             x_log: true,
             y_log: true,
+            from_zero: false,
             curves: Vec::new(),
             width: 500.0,
             height: 380.0,
@@ -83,10 +86,16 @@ impl CurveChart {
             .curves
             .iter()
             .flat_map(|c| c.y.iter().chain(&c.lower).chain(&c.upper).copied());
-        let x = Scale::around(all_x, self.x_log, 0.02);
+        let mut x = Scale::around(all_x, self.x_log, 0.02);
         let mut y = Scale::around(all_y, self.y_log, 0.06);
         if self.y_log {
             y = y.at_least_decades(1.0);
+        } else if self.from_zero {
+            y = Scale::linear(0.0, y.high().max(0.0));
+        }
+        if !self.x_log && self.from_zero {
+            let end = self.curves.iter().flat_map(|c| c.x.iter().copied());
+            x = Scale::linear(0.0, end.filter(|v| v.is_finite()).fold(0.0, f64::max));
         }
         let mut frame = Frame::panel(self.width, self.height);
         frame.left = Plot::left_room(y, frame.area().h, 11.5).max(34.0);

@@ -88,14 +88,32 @@ impl IssueTimeline {
     fn draw(&self, width: f64, narrow: bool) -> (Svg, Vec<String>) {
         let mut cuts = Vec::new();
         let rows = self.rows();
-        let step = if narrow { 34.0 } else { 25.0 };
+        let lines: Vec<Vec<String>> = rows
+            .iter()
+            .map(|row| {
+                if narrow {
+                    let text = format!("{}: {}", row.first.channel, row.text);
+                    lines_of(&text, width - 28.0)
+                } else {
+                    vec![row.text.clone()]
+                }
+            })
+            .collect();
+        let step = |i: usize| -> f64 {
+            if narrow {
+                20.0 + 14.5 * lines[i].len() as f64
+            } else {
+                25.0
+            }
+        };
+        let total: f64 = (0..rows.len()).map(step).sum();
         let names = rows
             .iter()
             .map(|r| text_width(&cut(&r.first.channel, 18), FONT, false))
             .fold(30.0, f64::max);
         let frame = Frame {
             width,
-            height: 6.0 + step * rows.len() as f64 + 42.0,
+            height: 6.0 + total + 42.0,
             left: if narrow { 12.0 } else { names + 14.0 },
             right: if narrow { 12.0 } else { 10.0 },
             top: 4.0,
@@ -107,8 +125,12 @@ impl IssueTimeline {
         let mut plot = Plot::new(frame, x, Scale::linear(0.0, 1.0), id).with_font(FONT);
         plot.x_axis(title);
         let area = frame.area();
+        let mut next = area.y;
         for (i, row) in rows.iter().enumerate() {
-            let top = area.y + step * i as f64;
+            let top = next;
+            next += step(i);
+            // Bars of narrow drawings stand below their lines of text.
+            let below = 14.5 * (lines[i].len() as f64 - 1.0);
             let color = if row.first.warning { "--fit" } else { "--data" };
             if !narrow {
                 plot.fixed_text(
@@ -131,8 +153,8 @@ impl IssueTimeline {
                 .collect();
             let long = edges.iter().any(|e| e.1 > 0.5 * area.w);
             let (bar_top, bar_height) = match (narrow, long) {
-                (true, true) => (top + 21.0, 3.0),
-                (true, false) => (top + 19.0, 8.0),
+                (true, true) => (top + 21.0 + below, 3.0),
+                (true, false) => (top + 19.0 + below, 8.0),
                 (false, true) => (top + 20.0, 3.0),
                 (false, false) => (top + 6.5, 9.5),
             };
@@ -152,19 +174,19 @@ impl IssueTimeline {
                 size: FONT,
                 ..TextStyle::default()
             };
-            let text = if narrow {
-                format!("{}: {}", row.first.channel, row.text)
-            } else {
-                row.text.clone()
-            };
             let (at, anchor, room) = place_text(area.x, area.w, &edges, narrow || long);
-            let shown = fit(&text, room);
-            if shown != text {
-                cuts.push(format!("{}: {}", row.first.channel, row.text));
+            for (k, line) in lines[i].iter().enumerate() {
+                let shown = fit(line, room);
+                if shown != *line {
+                    cuts.push(format!("{}: {}", row.first.channel, row.text));
+                }
+                let y = if narrow {
+                    top + 14.0 + 14.5 * k as f64
+                } else {
+                    top + 15.5
+                };
+                plot.raw(&halo_text((at, y), anchor, &shown, style));
             }
-            let text = shown;
-            let y = if narrow { top + 14.0 } else { top + 15.5 };
-            plot.raw(&halo_text((at, y), anchor, &text, style));
         }
         let svg = plot.finish(
             "Findings during the recording, on the time axis",
@@ -196,6 +218,26 @@ fn place_text(
     } else {
         (first - 7.0, "end", left_room)
     }
+}
+
+/// A sentence in at most three lines of this width; the last takes the rest.
+fn lines_of(text: &str, room: f64) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let full = lines.len() >= 3;
+        let Some(line) = lines.last_mut() else { break };
+        let longer = if line.is_empty() {
+            word.to_owned()
+        } else {
+            format!("{line} {word}")
+        };
+        if full || line.is_empty() || text_width(&longer, FONT, true) <= room {
+            *line = longer;
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
 }
 
 fn fit(text: &str, room: f64) -> String {

@@ -4,14 +4,24 @@
 //! a second, narrow drawing ([`Figure`]).
 
 mod allan;
+mod calibration;
 mod chart;
+mod drift;
+mod explain;
 mod issues;
+mod response;
+mod scatter;
 mod series;
 mod spectrum;
 
 pub use allan::{AllanPanel, AllanTerm, allan_panels};
+pub use calibration::{CorrelationMap, Histogram, PoseSphere, StationResiduals};
 pub use chart::{ChartCurve, CurveChart};
+pub use drift::{DriftCloud, DriftGrowth, DriftShare};
+pub use explain::{ExplainPanel, explain_panels};
 pub use issues::{IssueBar, IssueTimeline};
+pub use response::ResponsePlots;
+pub use scatter::{Marker, Region, ScatterChart, ScatterPoint};
 pub use series::{SeriesPanel, series_panels};
 pub use spectrum::{SpectrumMark, SpectrumPanel, spectrum_panels};
 

@@ -31,7 +31,7 @@ impl Rect {
         )
     }
 
-    fn touches(self, other: Self) -> bool {
+    pub(crate) fn touches(self, other: Self) -> bool {
         self.x < other.x + other.w
             && other.x < self.x + self.w
             && self.y < other.y + other.h
@@ -105,6 +105,11 @@ impl Placer {
         self.taken.push(rect);
     }
 
+    /// Whether nothing stands in this rectangle yet.
+    pub(crate) fn is_free(&self, rect: Rect) -> bool {
+        !self.taken.iter().any(|t| rect.touches(*t))
+    }
+
     /// A line that labels should rather not cover.
     pub(crate) fn line(&mut self, points: &[(f64, f64)]) {
         const STEP: f64 = 3.0;
@@ -129,6 +134,27 @@ impl Placer {
     pub(crate) fn dot(&mut self, p: (f64, f64)) {
         // Several points, so that a dot weighs as much as a piece of a line.
         self.ink.extend([p; 4]);
+    }
+
+    /// The free rectangle among these with the least ink under it; it is taken.
+    pub(crate) fn first_free(&mut self, tries: impl Iterator<Item = Rect>) -> Option<Rect> {
+        let mut best: Option<(usize, Rect)> = None;
+        for (order, rect) in tries.enumerate() {
+            let padded = rect.grown(1.5);
+            if !rect.inside(self.bounds)
+                || self.taken.iter().any(|t| padded.touches(*t))
+                || self.leaders.iter().any(|l| crosses(*l, padded))
+            {
+                continue;
+            }
+            let cost = order + 3 * self.ink.iter().filter(|p| padded.holds(**p)).count();
+            if best.as_ref().is_none_or(|(c, _)| cost < *c) {
+                best = Some((cost, rect));
+            }
+        }
+        let (_, rect) = best?;
+        self.taken.push(rect.grown(1.0));
+        Some(rect)
     }
 
     /// Finds room for a label, takes it, and says where.

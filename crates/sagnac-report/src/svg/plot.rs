@@ -173,6 +173,10 @@ impl Plot {
         self
     }
 
+    pub(crate) fn font(&self) -> f64 {
+        self.font
+    }
+
     pub(crate) fn at(&self, p: (f64, f64)) -> (f64, f64) {
         (self.x.at(p.0), self.y.at(p.1))
     }
@@ -184,20 +188,37 @@ impl Plot {
     }
 
     pub(crate) fn x_axis(&mut self, title: &str) -> &mut Self {
+        self.x_axis_with(title, 7)
+    }
+
+    /// The axis with at most so many ticks.
+    pub(crate) fn x_axis_with(&mut self, title: &str, most: usize) -> &mut Self {
+        let ticks = self.x.ticks(most);
+        self.x_axis_at(title, &ticks, true)
+    }
+
+    /// The axis with given ticks, with or without their lines.
+    pub(crate) fn x_axis_at(
+        &mut self,
+        title: &str,
+        ticks: &[(f64, String)],
+        lines: bool,
+    ) -> &mut Self {
         let area = self.frame.area();
         let base = area.y + area.h;
         let font = self.font;
         let mut last_end = f64::NEG_INFINITY;
-        let ticks = self.x.ticks(7);
-        for (value, label) in &ticks {
+        for (value, label) in ticks {
             let x = self.x.at(*value);
-            let _ = write!(
-                self.under,
-                "<path class=\"g\" d=\"M{0} {1}V{2}\"/>",
-                number(x),
-                number(area.y),
-                number(base)
-            );
+            if lines {
+                let _ = write!(
+                    self.under,
+                    "<path class=\"g\" d=\"M{0} {1}V{2}\"/>",
+                    number(x),
+                    number(area.y),
+                    number(base)
+                );
+            }
             let half = 0.5 * text_width(label, font, false);
             // At the edges of a drawing a label moves inwards; between neighbours it is left out.
             let center = x.clamp(half + 1.0, self.frame.width - half - 1.0);
@@ -227,9 +248,14 @@ impl Plot {
     }
 
     pub(crate) fn y_axis(&mut self, title: &str) -> &mut Self {
+        self.y_axis_with(title, 7)
+    }
+
+    /// The axis with at most so many ticks.
+    pub(crate) fn y_axis_with(&mut self, title: &str, most: usize) -> &mut Self {
         let area = self.frame.area();
         let font = self.font;
-        let most = ((area.h / (font * 1.9)).floor() as usize).clamp(2, 7);
+        let most = most.min(Self::y_ticks(area.h, font));
         for (value, label) in self.y.ticks(most) {
             let y = self.y.at(value);
             let _ = write!(
@@ -239,7 +265,13 @@ impl Plot {
                 number(y),
                 number(area.x + area.w)
             );
-            self.fixed_text((area.x - 6.0, y + 0.35 * font), "end", "t", &label, "");
+            let at = (area.x - 6.0, y + 0.35 * font);
+            let w = text_width(&label, font, false);
+            // In the corner the label of the other axis was first.
+            let rect = Rect::new(at.0 - w, at.1 - font, w, font * LINE);
+            if self.placer.is_free(rect) {
+                self.fixed_text(at, "end", "t", &label, "");
+            }
         }
         if !title.is_empty() {
             self.fixed_text((2.0, font), "start", "u", title, "data-unit=\"y\"");
@@ -247,10 +279,13 @@ impl Plot {
         self
     }
 
+    fn y_ticks(height: f64, font: f64) -> usize {
+        ((height / (font * 1.5)).floor() as usize).clamp(2, 7)
+    }
+
     /// Room that the tick labels of a y scale need left of the axis.
     pub(crate) fn left_room(y: Scale, height: f64, font: f64) -> f64 {
-        let most = ((height / (font * 1.9)).floor() as usize).clamp(2, 7);
-        y.ticks(most)
+        y.ticks(Self::y_ticks(height, font))
             .iter()
             .map(|(_, label)| text_width(label, font, false))
             .fold(20.0, f64::max)
@@ -356,7 +391,6 @@ impl Plot {
         self
     }
 
-    #[allow(dead_code, reason = "for plots with straight lines")]
     /// A straight line between two points of the data.
     pub(crate) fn line(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink<'_>) -> &mut Self {
         self.curve(&[a.0, b.0], &[a.1, b.1], ink)

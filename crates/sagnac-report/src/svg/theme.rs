@@ -25,6 +25,7 @@ svg .d{fill:none;stroke:var(--ink);stroke-width:1.2;stroke-dasharray:1.6 2.6}\
 svg .q{fill:none;stroke:var(--muted);stroke-width:1.2;stroke-dasharray:5 3.5}\
 svg .c{fill:none;stroke:currentColor;stroke-width:1.8;stroke-linejoin:round}\
 svg .bc{fill:currentColor;fill-opacity:.16;stroke:none}\
+svg .p{fill:currentColor;fill-opacity:.8;stroke:none}\
 svg .o{fill:var(--page);stroke:var(--ink);stroke-width:1.6}\
 svg .w{fill:var(--warn-fill);fill-opacity:.75;stroke:none}\
 ";

@@ -82,7 +82,7 @@ impl Unit {
     /// deg/h/h.
     pub const DEG_PER_H_PER_H: Self = Self::new("deg/h/h", "°/h/h", DEG * 3600.0 * 3600.0);
     /// arcsec.
-    pub const ARCSEC: Self = Self::new("arcsec", "″", DEG * 3600.0);
+    pub const ARCSEC: Self = Self::new("arcsec", "arcsec", DEG * 3600.0);
     /// Micro-g (standard gravity).
     pub const MICRO_G: Self = Self::new("ug", "µg", 1e6 / STANDARD_GRAVITY);
     /// Milli-g.

@@ -1,0 +1,358 @@
+//! The pages of `calibrate`: the certificate that a laboratory files, and the report of other methods.
+
+use core::fmt::Write as _;
+
+use super::{Block, HtmlCell, HtmlTable, Input, Page, Rich, Section};
+use crate::plots::{CorrelationMap, Figure, Histogram, PoseSphere, StationResiduals};
+use crate::svg::{PLOT_CSS, TOKENS, escape, page_number};
+use crate::text::Estimate;
+
+const CERTIFICATE_CSS: &str = include_str!("../../assets/certificate.css");
+
+/// A row of results: one parameter of x, y, z in one unit.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ResultRow {
+    /// Name: `Bias`, `Misalignment to x`.
+    pub name: String,
+    /// x, y, z in the unit shown, with the interval that is stated.
+    pub cells: [Estimate; 3],
+    /// Unit: `µg`.
+    pub unit: String,
+}
+
+/// Results of one sensor.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ResultTable {
+    /// Heading: `Accelerometer`; empty: none.
+    pub heading: String,
+    /// Its rows.
+    pub rows: Vec<ResultRow>,
+}
+
+impl ResultTable {
+    fn html(&self, name: &str) -> HtmlTable {
+        let mut table = HtmlTable::new(name, &[&self.heading, "x", "y", "z", "Unit"], &[1, 2, 3]);
+        for row in &self.rows {
+            let mut cells: Vec<HtmlCell> = vec![row.name.clone().into()];
+            for estimate in row.cells {
+                cells.push(estimate_cell(estimate));
+            }
+            cells.push(row.unit.clone().into());
+            table.row(cells);
+        }
+        table
+    }
+}
+
+fn estimate_cell(estimate: Estimate) -> HtmlCell {
+    if matches!(estimate, Estimate::Absent) {
+        return HtmlCell::number("—");
+    }
+    let text = estimate.text();
+    HtmlCell::number(Rich::new().bold(page_number(&text.value)))
+        .with_note(page_number(&text.interval))
+}
+
+/// A quantity to which the result is referred.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Reference {
+    /// Quantity: `Direction of gravity`.
+    pub quantity: String,
+    /// Standard: `dividing head, certificate 1234`.
+    pub standard: String,
+    /// Standard uncertainty.
+    pub uncertainty: String,
+    /// What it makes in the result.
+    pub in_result: String,
+}
+
+/// The certificate: one A4 sheet, expanded uncertainty with k = 2.
+///
+/// What is empty stays as a line to fill in.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CertificatePage {
+    /// What was calibrated: `Accelerometer triad`.
+    pub title: String,
+    /// Number of the certificate.
+    pub number: String,
+    /// Date of issue.
+    pub issued: String,
+    /// Item: name and serial number.
+    pub item: String,
+    /// Customer.
+    pub customer: String,
+    /// Temperature with its uncertainty.
+    pub temperature: String,
+    /// Date of the calibration.
+    pub calibrated: String,
+    /// Place.
+    pub place: String,
+    /// Local gravity and where it is from.
+    pub gravity: String,
+    /// The result in one sentence.
+    pub verdict: Rich,
+    /// Method, in sentences.
+    pub method: Rich,
+    /// References.
+    pub references: Vec<Reference>,
+    /// Results, one table a sensor; intervals are ± 2 standard uncertainties.
+    pub results: Vec<ResultTable>,
+    /// What ± is, what it covers, goodness of fit.
+    pub result_note: Rich,
+    /// Residuals of every station, one a sensor.
+    pub residuals: Vec<StationResiduals>,
+    /// Histograms before and after.
+    pub before_after: Vec<Histogram>,
+    /// What was not determined.
+    pub not_determined: Rich,
+    /// Statement of uncertainty; empty: the usual one.
+    pub statement: Rich,
+    /// The command as it was typed.
+    pub command: String,
+    /// Version of the program.
+    pub version: String,
+    /// Inputs with their hashes.
+    pub inputs: Vec<Input>,
+}
+
+impl CertificatePage {
+    /// The certificate as one file of HTML.
+    pub fn html(&self) -> String {
+        let mut out = String::with_capacity(150_000);
+        let _ = write!(
+            out,
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <meta name=\"generator\" content=\"sagnac {0}\">\n\
+             <link rel=\"icon\" href=\"data:,\">\n\
+             <title>{1}: calibration certificate — sagnac</title>\n\
+             <style>\n{TOKENS}{2}{PLOT_CSS}{CERTIFICATE_CSS}</style>\n</head>\n<body>\n",
+            escape(&self.version),
+            escape(if self.item.is_empty() {
+                &self.title
+            } else {
+                &self.item
+            }),
+            super::PAGE_CSS,
+        );
+        let blank = |text: &str| -> String {
+            if text.is_empty() {
+                "____________".to_owned()
+            } else {
+                escape(text)
+            }
+        };
+        let _ = write!(
+            out,
+            "<header><div><p class=\"kind\">Calibration certificate</p><h1>{}</h1></div>\
+             <p class=\"number\"><b>No. {}</b> Page 1 of 1<br>Issued {}</p></header>\n<main>",
+            escape(&self.title),
+            blank(&self.number),
+            blank(&self.issued)
+        );
+        self.write_item(&mut out);
+        let _ = write!(out, "<p class=\"verdict\">{}</p>", self.verdict.html());
+        for section in self.sections() {
+            section.write(&mut out);
+        }
+        out.push_str(
+            "<div class=\"signs\"><p>Calibrated by</p><p>Approved by</p><p>Date</p></div>\n</main>\n",
+        );
+        let mut foot = format!("sagnac {} · {}", self.version, self.command);
+        for input in &self.inputs {
+            let _ = write!(foot, " · {} SHA-256 {}", input.name, input.sha256);
+        }
+        let _ = write!(
+            out,
+            "<footer>{}</footer>\n</body>\n</html>\n",
+            escape(&foot)
+        );
+        out
+    }
+
+    fn write_item(&self, out: &mut String) {
+        out.push_str("<dl class=\"item\">");
+        for (name, value) in [
+            ("Item", &self.item),
+            ("Calibrated", &self.calibrated),
+            ("Customer", &self.customer),
+            ("Place", &self.place),
+            ("Temperature", &self.temperature),
+            ("Local gravity", &self.gravity),
+        ] {
+            let _ = write!(out, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(value));
+        }
+        out.push_str("</dl>");
+    }
+
+    fn sections(&self) -> Vec<Section> {
+        let mut sections =
+            vec![Section::new("method", "Method", "").with(Block::Paragraph(self.method.clone()))];
+        if !self.references.is_empty() {
+            let mut table = HtmlTable::new(
+                "references",
+                &[
+                    "Quantity",
+                    "Standard",
+                    "Standard uncertainty",
+                    "In the result",
+                ],
+                &[],
+            );
+            for r in &self.references {
+                table.row(vec![
+                    r.quantity.clone().into(),
+                    r.standard.clone().into(),
+                    r.uncertainty.clone().into(),
+                    r.in_result.clone().into(),
+                ]);
+            }
+            sections.push(Section::new("references", "References", "").with(Block::Table(table)));
+        }
+        let mut result = Section::new("parameters", "Result", "");
+        for table in &self.results {
+            result = result.with(Block::Table(table.html("parameters")));
+        }
+        sections.push(result.with(Block::Paragraph(self.result_note.clone())));
+        let mut residuals = Section::new("residuals", "Residuals", "");
+        for r in &self.residuals {
+            residuals = residuals.with(Block::Wide(r.figure()));
+        }
+        let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
+        sections.push(residuals.with(Block::Panels(histograms)));
+        sections.push(
+            Section::new("limits", "Not determined by this test", "")
+                .with(Block::Paragraph(self.not_determined.clone())),
+        );
+        let statement = if self.statement.is_empty() {
+            "Uncertainties are evaluated by the law of propagation from the standard uncertainties above and \
+             are stated as expanded uncertainty with coverage factor k = 2. They hold for the conditions above \
+             at the time of calibration and say nothing of long-term stability."
+                .into()
+        } else {
+            self.statement.clone()
+        };
+        sections.push(
+            Section::new("statement", "Statement of uncertainty", "")
+                .with(Block::Paragraph(statement)),
+        );
+        sections
+    }
+}
+
+/// The report of `calibrate`: parameters, residuals, before and after, poses, correlations.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CalibrationPage {
+    /// The heading: what was calibrated.
+    pub name: String,
+    /// Line below it.
+    pub subtitle: String,
+    /// The verdict in one to three sentences.
+    pub verdict: Rich,
+    /// Facts in short.
+    pub facts: Vec<(String, String)>,
+    /// Results, one table a sensor; intervals are 95 %.
+    pub results: Vec<ResultTable>,
+    /// What is said below the results.
+    pub result_note: Rich,
+    /// Residuals of every station or pose, one a sensor.
+    pub residuals: Vec<StationResiduals>,
+    /// Histograms before and after.
+    pub before_after: Vec<Histogram>,
+    /// Poses on the sphere.
+    pub poses: Option<PoseSphere>,
+    /// Correlations.
+    pub correlation: Option<CorrelationMap>,
+    /// Further figures (temperature curves), each a panel.
+    pub figures: Vec<Figure>,
+    /// What was not determined and what to add.
+    pub limits: Vec<Rich>,
+    /// How it was computed.
+    pub method: Rich,
+    /// The command as it was typed.
+    pub command: String,
+    /// Version of the program.
+    pub version: String,
+    /// Inputs with their hashes.
+    pub inputs: Vec<Input>,
+}
+
+impl CalibrationPage {
+    /// The page as one file of HTML.
+    pub fn html(&self) -> String {
+        let mut parameters = Section::new("parameters", "Parameters", "");
+        for table in &self.results {
+            parameters = parameters.with(Block::Table(table.html("parameters")));
+        }
+        if !self.result_note.is_empty() {
+            parameters = parameters.with(Block::Small(self.result_note.clone()));
+        }
+        let mut sections = vec![parameters];
+        if !self.figures.is_empty() {
+            sections.push(
+                Section::new("curves", "Against temperature", "")
+                    .with(Block::Panels(self.figures.clone())),
+            );
+        }
+        if !self.residuals.is_empty() || !self.before_after.is_empty() {
+            let mut section = Section::new("residuals", "Residuals", "");
+            for r in &self.residuals {
+                section = section.with(Block::Wide(r.figure()));
+            }
+            let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
+            sections.push(section.with(Block::Panels(histograms)));
+        }
+        if let Some(poses) = &self.poses {
+            sections
+                .push(Section::new("poses", "Poses", "").with(Block::Panels(vec![poses.figure()])));
+        }
+        if let Some(map) = &self.correlation {
+            sections.push(
+                Section::new("correlation", "What is tied to what", "")
+                    .with(Block::Plots(vec![(super::Breadth::Middle, map.figure())])),
+            );
+        }
+        if !self.limits.is_empty() {
+            sections.push(
+                Section::new("limits", "What was not determined", "")
+                    .with(Block::List(self.limits.clone())),
+            );
+        }
+        let mut method = Section::new("method", "How it was computed", "")
+            .with(Block::Small(self.method.clone()))
+            .with(Block::Code(self.command.clone()));
+        for input in &self.inputs {
+            method = method
+                .with(Block::Small(
+                    Rich::new().plain(format!("Input {}, SHA-256", input.name)),
+                ))
+                .with(Block::Hash(input.sha256.clone()));
+        }
+        sections.push(method);
+        Page {
+            title: format!("{}: calibration — sagnac", self.name),
+            command: "calibrate".to_owned(),
+            version: self.version.clone(),
+            heading: self.name.clone(),
+            subtitle: self.subtitle.clone(),
+            verdict: self.verdict.clone(),
+            facts: self.facts.clone(),
+            sections,
+            footer: String::new(),
+        }
+        .html()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_certificate_is_a_form_to_fill_in() {
+        let html = CertificatePage::default().html();
+        assert!(html.contains("<dt>Customer</dt><dd></dd>"));
+        assert!(html.contains("k = 2"));
+    }
+}
