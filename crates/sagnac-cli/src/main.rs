@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod context;
 mod inputs;
+mod models;
 mod outputs;
 mod progress;
 mod quantities;

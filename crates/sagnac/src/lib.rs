@@ -4,6 +4,7 @@
 //! knows its text ([`terminal`](sagnac_report::text)) and its JSON. Nothing here touches files by name,
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
+pub mod catalog;
 mod error;
 mod from_crates;
 pub mod response;

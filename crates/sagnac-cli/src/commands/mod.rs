@@ -1,5 +1,6 @@
 //! One file per command; each is thin: build the request, call the façade, print the outcome.
 
+mod catalog;
 mod completions;
 mod response;
 
@@ -12,6 +13,7 @@ use crate::context::Context;
 /// The commands, each with its own arguments.
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    Catalog(catalog::Args),
     Completions(completions::Args),
     Response(response::Args),
 }
@@ -19,6 +21,7 @@ pub(crate) enum Command {
 /// Runs one command.
 pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
     match command {
+        Command::Catalog(args) => catalog::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
         Command::Response(args) => response::run(&args, context),
     }
