@@ -153,7 +153,7 @@ pub(crate) fn text(path: &Path) -> Result<String, Error> {
 
 /// A model by file name or as `catalog:NAME`.
 pub(crate) fn model(name: &str) -> Result<Model, Error> {
-    Ok(Model::parse(&text(Path::new(name))?, name)?)
+    crate::models::load(name)
 }
 
 fn unreadable(path: &Path, error: &io::Error) -> Error {

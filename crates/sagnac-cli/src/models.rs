@@ -52,11 +52,7 @@ impl CatalogOption {
 
 /// A model by its argument: `catalog:NAME`, a file, or `-` for standard input.
 pub(crate) fn load(argument: &str) -> Result<Model, Error> {
-    load_from(argument, &Catalogue::embedded())
-}
-
-/// The same with a catalogue that holds the user's own sensors.
-pub(crate) fn load_from(argument: &str, catalogue: &Catalogue) -> Result<Model, Error> {
+    let catalogue = Catalogue::embedded();
     if argument.starts_with(PREFIX) {
         return Ok(catalogue.find(argument)?);
     }

@@ -88,24 +88,15 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
                 accelerometers: about("accel.") && !about("gyro."),
             };
             let outcome = catalog::list(&list.catalog.open()?, &request)?;
-            context.print(
-                || outcome.document().render(context.style()),
-                || outcome.to_json(),
-            )
+            context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Show(show) => {
             let outcome = catalog::show(&show.catalog.open()?, &show.name)?;
-            context.print(
-                || outcome.document().render(context.style()),
-                || outcome.to_json(),
-            )
+            context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Compare(compare) => {
             let outcome = catalog::compare(&compare.catalog.open()?, &compare.names)?;
-            context.print(
-                || outcome.document().render(context.style()),
-                || outcome.to_json(),
-            )
+            context.show(|| outcome.document(), || outcome.to_json())
         }
     }
 }

@@ -197,9 +197,7 @@ impl CompareOutcome {
                     (Some(0.0), Some(sigma)) => format!("± {}", number(*sigma)),
                     (Some(value), _) => number(*value),
                 };
-                cells.push(Cell::from(
-                    format!("{text} {letter:1}"),
-                ));
+                cells.push(Cell::from(format!("{text} {letter:1}")));
             }
             cells.push(Cell::from(super::shown_unit(row.field_unit.text())));
             table.row(cells);

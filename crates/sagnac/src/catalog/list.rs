@@ -78,7 +78,7 @@ impl ListOutcome {
                     "VRW",
                     "in-run",
                     "run-to-run",
-                        "evidence",
+                    "evidence",
                 ],
                 units,
             )
@@ -92,7 +92,7 @@ impl ListOutcome {
                     "ARW",
                     "in-run",
                     "run-to-run",
-                        "evidence",
+                    "evidence",
                 ],
                 units,
             )

@@ -117,7 +117,10 @@ impl ShowOutcome {
             ));
         }
         if let Some(price) = price_class(model) {
-            document.hanging("Price: ", format!("USD {}, {}", price.class, price.evidence));
+            document.hanging(
+                "Price: ",
+                format!("USD {}, {}", price.class, price.evidence),
+            );
         }
         document.blank();
         if let Some(table) = model.catalog() {
