@@ -168,7 +168,7 @@ function measure({ leastContrast, leastText, isPrint }) {
       if (!seen.has(line)) problems.push(line);
       seen.add(line);
     }
-    if (!svg && parseFloat(style.fontSize) < 11) problems.push(`small text, ${style.fontSize}: ${name(e)}`);
+    if (!svg && parseFloat(style.fontSize) < (isPrint ? 9 : 11)) problems.push(`small text, ${style.fontSize}: ${name(e)}`);
   }
   return problems;
 }

@@ -7,6 +7,7 @@
 pub mod catalog;
 mod error;
 mod from_crates;
+pub mod report_characterize;
 pub mod response;
 pub mod table;
 
