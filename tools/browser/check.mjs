@@ -306,7 +306,7 @@ for (const file of args) {
   console.log(`${bad ? "FAIL" : "ok  "} ${file}`);
   let shown = 0;
   for (const [problem, where] of found) {
-    if (shown++ < 40) console.log(`     ${problem}  [${[...new Set(where)].join(", ")}]`);
+    if (shown++ < (expectFailure ? 3 : 40)) console.log(`     ${problem}  [${[...new Set(where)].join(", ")}]`);
   }
   if (bad !== expectFailure) failed++;
 }

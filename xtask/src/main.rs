@@ -6,6 +6,7 @@
     reason = "a command for developers"
 )]
 
+mod pages;
 mod python;
 mod steps;
 mod tidy;
@@ -19,6 +20,7 @@ cargo xtask TASK
 
   test      everything a change must pass; installs what the tests need
   tidy      the rules on files alone
+  pages     pages and plots, measured in a headless browser
   python    the cross-checks against independent Python implementations
 ";
 
@@ -28,6 +30,7 @@ fn main() -> ExitCode {
     match task.as_str() {
         "test" => test(&mut steps),
         "tidy" => steps.run("tidy", tidy::run),
+        "pages" => steps.run("pages in a browser", pages::run),
         "python" => steps.run("python cross-checks", python::run),
         _ => {
             eprint!("{USAGE}");
@@ -75,6 +78,7 @@ fn test(steps: &mut Steps) {
         &[("RUSTDOCFLAGS", "-D warnings")],
     );
     steps.cargo("release build", &["build", "--release", "--quiet"]);
+    steps.run("pages in a browser", pages::run);
     steps.run("python cross-checks", python::run);
 }
 
