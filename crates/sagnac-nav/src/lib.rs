@@ -19,6 +19,7 @@ pub mod drift;
 pub mod earth;
 pub mod ellipse;
 mod error;
+pub mod monte_carlo;
 pub mod sensor;
 pub mod spline;
 pub mod strapdown;

@@ -448,6 +448,8 @@ mod tests {
     use crate::trajectory::{Start, Trajectory};
     use sagnac_core::{Axis, Measurement, Sensor, SensorModel};
 
+    type Form<'a> = &'a dyn Fn(f64) -> f64;
+
     fn perfect() -> Sensitivity {
         let one = crate::attitude::IDENTITY;
         Sensitivity {
@@ -508,7 +510,6 @@ mod tests {
                 worst
             };
             let r = SPHERE_R_M;
-            type Form<'a> = &'a dyn Fn(f64) -> f64;
             let forms: [(Form, Form); 5] = [
                 (&|t| (1.0 - (w * t).cos()) / (w * w), &|t| t * t / 2.0),
                 (&|t| r * (t - (w * t).sin() / w), &|t| g * t.powi(3) / 6.0),

@@ -186,9 +186,14 @@ impl<const L: usize> Strapdown<L> {
         self.steps.push([dt_s, truth[0], truth[1]]);
     }
 
+    /// Declares the record complete, so that [`Self::run_to`] can go to its end.
+    pub fn close(&mut self) {
+        self.finished = true;
+    }
+
     /// Declares the record complete and makes the remaining steps.
     pub fn finish(&mut self) {
-        self.finished = true;
+        self.close();
         self.run_to(u64::MAX);
     }
 
