@@ -277,6 +277,10 @@ impl Unit {
         })
     }
 
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a place in the truth, what corrects it, and where the results go"
+    )]
     /// Corrected output of one block; returns how many values were clipped and how many samples are not valid.
     fn block(
         &mut self,
@@ -429,13 +433,13 @@ fn shift(model: &mut SensorModel<f64>, parameter: crate::covariance::Parameter, 
             *m = m.plus(&OffDiagonal::from_array(add));
         }
         P::GSensitivity { row, column } => {
-            model.gyro_g_sensitivity.matrix[a(row)][a(column)] += value
+            model.gyro_g_sensitivity.matrix[a(row)][a(column)] += value;
         }
         P::G2Sensitivity { row, product } => {
-            model.gyro_g2_sensitivity.matrix[a(row)][usize::from(product).min(5)] += value
+            model.gyro_g2_sensitivity.matrix[a(row)][usize::from(product).min(5)] += value;
         }
         P::AxisOffset { accel, component } => {
-            model.accel_axis_offset.position[a(accel)][a(component)] += value
+            model.accel_axis_offset.position[a(accel)][a(component)] += value;
         }
     }
 }
@@ -570,7 +574,7 @@ pub fn monte_carlo(
         done += count as u64;
         let last = done == total;
         follow(&mut reference, &steps, last, &mut |nav| {
-            reference_found.push(nav.state(0))
+            reference_found.push(nav.state(0));
         });
         groups.par_iter_mut().for_each(|group| {
             let mut from = 0;
@@ -603,7 +607,7 @@ pub fn monte_carlo(
                 from += n;
                 let found = &mut group.found;
                 follow(&mut group.nav, &steps, last && from == count, &mut |nav| {
-                    found.push(std::array::from_fn(|l| nav.state(l)))
+                    found.push(std::array::from_fn(|l| nav.state(l)));
                 });
             }
         });
