@@ -32,3 +32,15 @@ impl From<sagnac_model::Error> for Error {
         gather(out, error.place(), error.advice())
     }
 }
+
+impl From<sagnac_nav::Error> for Error {
+    fn from(error: sagnac_nav::Error) -> Self {
+        use sagnac_nav::Error as Nav;
+        let what = error.to_string();
+        let out = match &error {
+            Nav::BadPath { .. } | Nav::Alignment { .. } => Self::data(what),
+            _ => Self::usage(what),
+        };
+        gather(out, error.place(), error.advice())
+    }
+}

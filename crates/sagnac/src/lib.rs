@@ -5,8 +5,10 @@
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
 pub mod catalog;
+pub mod drift;
 mod error;
 mod from_crates;
+pub mod motion;
 pub mod report_characterize;
 pub mod response;
 pub mod table;
