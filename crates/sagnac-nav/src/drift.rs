@@ -247,6 +247,14 @@ impl Scene {
     /// # Errors
     /// A self-alignment that cannot find a heading: σ(ε_D) above 10°, latitude beyond 85°, or an Earth that does not turn.
     pub fn covariance(&self, sensor: &SensorErrors) -> Result<CovarianceDrift, Error> {
+        self.covariance_at(sensor, self.setting.dt_s)
+    }
+
+    /// The same for a sensor that samples at another interval, on this scene's report times.
+    ///
+    /// # Errors
+    /// As [`Self::covariance`].
+    pub fn covariance_at(&self, sensor: &SensorErrors, dt_s: f64) -> Result<CovarianceDrift, Error> {
         let sensitivity = sensor.sensitivity(self.setting.calibration, self.start_temperature_c);
         let self_aligned = self.setting.alignment == Alignment::SelfAligned;
         let propagator = Propagator::new(
@@ -255,7 +263,7 @@ impl Scene {
             self_aligned,
             self.start_temperature_c,
         );
-        let mut sources = sensor.sources(self.setting.dt_s, self.setting.calibration);
+        let mut sources = sensor.sources(dt_s, self.setting.calibration);
         if let Alignment::Given {
             roll_rad,
             pitch_rad,

@@ -27,6 +27,7 @@ use serde_json::{Value, json};
 use crate::Error;
 use crate::motion::sensor_errors;
 
+pub(crate) use view::length as length_text;
 pub use recording::{RecordingOutcome, RecordingRequest, recording};
 
 /// A temperature against time, °C.

@@ -4,10 +4,12 @@
 //! knows its text ([`terminal`](sagnac_report::text)) and its JSON. Nothing here touches files by name,
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
+pub mod budget;
 pub mod catalog;
 pub mod drift;
 mod error;
 mod from_crates;
+pub mod grade;
 pub mod motion;
 pub mod report_characterize;
 pub mod response;

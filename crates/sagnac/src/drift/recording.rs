@@ -16,7 +16,7 @@ use crate::Error;
 use crate::motion::{path, sensor_errors};
 
 /// Horizons, s.
-pub const HORIZONS_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0];
+const HORIZONS_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0];
 const STEP_S: f64 = 10.0;
 const LARGEST_GAP_S: f64 = 0.05;
 const AROUND_S: f64 = 0.1;
