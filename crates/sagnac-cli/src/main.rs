@@ -5,6 +5,7 @@ mod commands;
 mod context;
 mod inputs;
 mod models;
+mod motion;
 mod outputs;
 mod progress;
 mod quantities;

@@ -254,7 +254,11 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Self::covariance`].
-    pub fn covariance_at(&self, sensor: &SensorErrors, dt_s: f64) -> Result<CovarianceDrift, Error> {
+    pub fn covariance_at(
+        &self,
+        sensor: &SensorErrors,
+        dt_s: f64,
+    ) -> Result<CovarianceDrift, Error> {
         let sensitivity = sensor.sensitivity(self.setting.calibration, self.start_temperature_c);
         let self_aligned = self.setting.alignment == Alignment::SelfAligned;
         let propagator = Propagator::new(

@@ -86,7 +86,13 @@ pub struct BudgetRequest<'a> {
 
 impl<'a> BudgetRequest<'a> {
     /// With the defaults of `drift`.
-    pub fn new(catalogue: &'a Catalogue, trajectory: &'a Trajectory, figure: Figure, limit_m: f64, after_s: f64) -> Self {
+    pub fn new(
+        catalogue: &'a Catalogue,
+        trajectory: &'a Trajectory,
+        figure: Figure,
+        limit_m: f64,
+        after_s: f64,
+    ) -> Self {
         Self {
             catalogue,
             model: None,
@@ -165,7 +171,8 @@ pub struct BudgetOutcome {
 /// A limit or time that is not positive, a path that is too short, a model that cannot be read or self-aligned.
 pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
     if request.limit_m.is_nan() || request.limit_m <= 0.0 {
-        return Err(Error::usage("the limit must be a positive length").advise("write for instance --cep '1 km'"));
+        return Err(Error::usage("the limit must be a positive length")
+            .advise("write for instance --cep '1 km'"));
     }
     let setting = |dt_s: f64| Setting {
         duration_s: request.after_s,
@@ -174,10 +181,18 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
         alignment: request.alignment,
         calibration: request.calibration,
     };
-    let dt_of = |model: &Model| 1.0 / request.rate_hz.or_else(|| model.sample_rate_hz()).unwrap_or(100.0);
+    let dt_of = |model: &Model| {
+        1.0 / request
+            .rate_hz
+            .or_else(|| model.sample_rate_hz())
+            .unwrap_or(100.0)
+    };
     let temperature_of = |model: &Model| -> TemperatureOf {
         let reference = model.reference_temperature_c();
-        request.temperature.clone().unwrap_or_else(|| std::sync::Arc::new(move |_| reference))
+        request
+            .temperature
+            .clone()
+            .unwrap_or_else(|| std::sync::Arc::new(move |_| reference))
     };
     let mut asked = Vec::new();
     let mut skipped = 0;
@@ -192,18 +207,39 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
     // Sensors whose report times are the same share one scene and its unit responses.
     let mut scenes: Vec<(Vec<i64>, Scene)> = Vec::new();
     let key = |dt: f64, reference: f64| -> Vec<i64> {
-        report_times_s(request.after_s, dt).iter().map(|t| (t * 1e7).round() as i64).chain(std::iter::once((reference * 1e6) as i64)).collect()
+        report_times_s(request.after_s, dt)
+            .iter()
+            .map(|t| (t * 1e7).round() as i64)
+            .chain(std::iter::once((reference * 1e6) as i64))
+            .collect()
     };
     let place_of = |scenes: &mut Vec<(Vec<i64>, Scene)>, model: &Model| -> Result<usize, Error> {
         let dt = dt_of(model);
-        let k = key(dt, if request.temperature.is_some() { 0.0 } else { model.reference_temperature_c() });
+        let k = key(
+            dt,
+            if request.temperature.is_some() {
+                0.0
+            } else {
+                model.reference_temperature_c()
+            },
+        );
         if let Some(at) = scenes.iter().position(|(known, _)| *known == k) {
             return Ok(at);
         }
-        scenes.push((k, Scene::new(request.trajectory, setting(dt.min(request.after_s)), &*temperature_of(model))?));
+        scenes.push((
+            k,
+            Scene::new(
+                request.trajectory,
+                setting(dt.min(request.after_s)),
+                &*temperature_of(model),
+            )?,
+        ));
         Ok(scenes.len() - 1)
     };
-    let places: Vec<usize> = asked.iter().map(|(model, _)| place_of(&mut scenes, model)).collect::<Result<_, _>>()?;
+    let places: Vec<usize> = asked
+        .iter()
+        .map(|(model, _)| place_of(&mut scenes, model))
+        .collect::<Result<_, _>>()?;
     let self_aligned = request.alignment == Alignment::SelfAligned;
     let found: Vec<Option<Candidate>> = asked
         .par_iter()
@@ -232,7 +268,10 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
         Figure::R95 => c.r95_m,
     };
     let asked_count = found.iter().flatten().count();
-    let (mut met_by, mut nearest): (Vec<Candidate>, Vec<Candidate>) = found.into_iter().flatten().partition(|c| figure(c) <= request.limit_m);
+    let (mut met_by, mut nearest): (Vec<Candidate>, Vec<Candidate>) = found
+        .into_iter()
+        .flatten()
+        .partition(|c| figure(c) <= request.limit_m);
     met_by.sort_by(|a, b| a.rank.cmp(&b.rank).then(figure(a).total_cmp(&figure(b))));
     nearest.sort_by(|a, b| figure(a).total_cmp(&figure(b)));
     nearest.truncate(3);
@@ -263,13 +302,24 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
     let (needed, scale_all, own) = match request.model {
         None => {
             let dt = 1.0 / request.rate_hz.unwrap_or(100.0);
-            let temperature = request.temperature.clone().unwrap_or_else(|| std::sync::Arc::new(|_| 25.0));
-            let scene = Scene::new(request.trajectory, setting(dt.min(request.after_s)), &*temperature)?;
+            let temperature = request
+                .temperature
+                .clone()
+                .unwrap_or_else(|| std::sync::Arc::new(|_| 25.0));
+            let scene = Scene::new(
+                request.trajectory,
+                setting(dt.min(request.after_s)),
+                &*temperature,
+            )?;
             (needed_alone(&scene, request), None, None)
         }
         Some(model) => {
             let dt = dt_of(model);
-            let scene = Scene::new(request.trajectory, setting(dt.min(request.after_s)), &*temperature_of(model))?;
+            let scene = Scene::new(
+                request.trajectory,
+                setting(dt.min(request.after_s)),
+                &*temperature_of(model),
+            )?;
             let sensor = sensor_errors(model)?;
             let drift = scene.covariance(&sensor)?;
             let end = drift.end();
@@ -277,15 +327,30 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
             let needed = PARAMETERS
                 .par_iter()
                 .map(|p| {
-                    let mut others = Horizontal { mean: end.mean, ..Horizontal::default() };
+                    let mut others = Horizontal {
+                        mean: end.mean,
+                        ..Horizontal::default()
+                    };
                     for e in drift.budget.iter().filter(|e| e.term != p.term()) {
                         others = others.plus(&e.spread[59].horizontal, 1.0);
                     }
-                    NeededValue { parameter: p.path.to_owned(), value: largest_value(&others, &p.unit(&scene), request), unit: p.si }
+                    NeededValue {
+                        parameter: p.path.to_owned(),
+                        value: largest_value(&others, &p.unit(&scene), request),
+                        unit: p.si,
+                    }
                 })
                 .collect();
             let scale = (now > 0.0).then(|| request.limit_m / now);
-            (needed, scale, Some((model.name().to_owned(), end.radius_m(0.5), end.radius_m(0.95))))
+            (
+                needed,
+                scale,
+                Some((
+                    model.name().to_owned(),
+                    end.radius_m(0.5),
+                    end.radius_m(0.95),
+                )),
+            )
         }
     };
     Ok(BudgetOutcome {
@@ -324,16 +389,66 @@ enum What {
 }
 
 const PARAMETERS: [Allowance; 10] = [
-    Allowance { path: "gyro.bias.stability", si: "rad/s", sensor: Sensor::Gyro, what: What::Bias },
-    Allowance { path: "gyro.bias.instability.coefficient", si: "rad/s", sensor: Sensor::Gyro, what: What::Flicker },
-    Allowance { path: "gyro.noise.angle_random_walk", si: "rad/s^0.5", sensor: Sensor::Gyro, what: What::White },
-    Allowance { path: "gyro.scale_factor.stability", si: "1", sensor: Sensor::Gyro, what: What::ScaleFactor },
-    Allowance { path: "gyro.misalignment.stability", si: "rad", sensor: Sensor::Gyro, what: What::Misalignment },
-    Allowance { path: "accel.bias.stability", si: "m/s^2", sensor: Sensor::Accel, what: What::Bias },
-    Allowance { path: "accel.bias.instability.coefficient", si: "m/s^2", sensor: Sensor::Accel, what: What::Flicker },
-    Allowance { path: "accel.noise.velocity_random_walk", si: "m/s^1.5", sensor: Sensor::Accel, what: What::White },
-    Allowance { path: "accel.scale_factor.stability", si: "1", sensor: Sensor::Accel, what: What::ScaleFactor },
-    Allowance { path: "accel.misalignment.stability", si: "rad", sensor: Sensor::Accel, what: What::Misalignment },
+    Allowance {
+        path: "gyro.bias.stability",
+        si: "rad/s",
+        sensor: Sensor::Gyro,
+        what: What::Bias,
+    },
+    Allowance {
+        path: "gyro.bias.instability.coefficient",
+        si: "rad/s",
+        sensor: Sensor::Gyro,
+        what: What::Flicker,
+    },
+    Allowance {
+        path: "gyro.noise.angle_random_walk",
+        si: "rad/s^0.5",
+        sensor: Sensor::Gyro,
+        what: What::White,
+    },
+    Allowance {
+        path: "gyro.scale_factor.stability",
+        si: "1",
+        sensor: Sensor::Gyro,
+        what: What::ScaleFactor,
+    },
+    Allowance {
+        path: "gyro.misalignment.stability",
+        si: "rad",
+        sensor: Sensor::Gyro,
+        what: What::Misalignment,
+    },
+    Allowance {
+        path: "accel.bias.stability",
+        si: "m/s^2",
+        sensor: Sensor::Accel,
+        what: What::Bias,
+    },
+    Allowance {
+        path: "accel.bias.instability.coefficient",
+        si: "m/s^2",
+        sensor: Sensor::Accel,
+        what: What::Flicker,
+    },
+    Allowance {
+        path: "accel.noise.velocity_random_walk",
+        si: "m/s^1.5",
+        sensor: Sensor::Accel,
+        what: What::White,
+    },
+    Allowance {
+        path: "accel.scale_factor.stability",
+        si: "1",
+        sensor: Sensor::Accel,
+        what: What::ScaleFactor,
+    },
+    Allowance {
+        path: "accel.misalignment.stability",
+        si: "rad",
+        sensor: Sensor::Accel,
+        what: What::Misalignment,
+    },
 ];
 
 impl Allowance {
@@ -345,14 +460,29 @@ impl Allowance {
     fn kinds(&self) -> Vec<Kind> {
         let sensor = self.sensor;
         match self.what {
-            What::Misalignment => Element::ALL.into_iter().map(|element| Kind::Constant(Parameter::OffDiagonal { sensor, element })).collect(),
+            What::Misalignment => Element::ALL
+                .into_iter()
+                .map(|element| Kind::Constant(Parameter::OffDiagonal { sensor, element }))
+                .collect(),
             _ => Axis::ALL
                 .into_iter()
                 .map(|axis| match self.what {
-                    What::Bias => Kind::Constant(Parameter::Bias { sensor, axis, power: 0 }),
+                    What::Bias => Kind::Constant(Parameter::Bias {
+                        sensor,
+                        axis,
+                        power: 0,
+                    }),
                     What::Flicker => Kind::Flicker { sensor, axis },
-                    What::White => Kind::Process { sensor, axis, process: Process::White },
-                    _ => Kind::Constant(Parameter::ScaleFactor { sensor, axis, power: 0 }),
+                    What::White => Kind::Process {
+                        sensor,
+                        axis,
+                        process: Process::White,
+                    },
+                    _ => Kind::Constant(Parameter::ScaleFactor {
+                        sensor,
+                        axis,
+                        power: 0,
+                    }),
                 })
                 .collect(),
         }
@@ -360,10 +490,17 @@ impl Allowance {
 
     /// Spread at the end per unit on all axes.
     fn unit(&self, scene: &Scene) -> Horizontal {
-        self.kinds().into_iter().fold(Horizontal::default(), |sum, kind| {
-            let end = scene.unit(kind).spread.last().map(|s| s.horizontal).unwrap_or_default();
-            sum.plus(&end, 1.0)
-        })
+        self.kinds()
+            .into_iter()
+            .fold(Horizontal::default(), |sum, kind| {
+                let end = scene
+                    .unit(kind)
+                    .spread
+                    .last()
+                    .map(|s| s.horizontal)
+                    .unwrap_or_default();
+                sum.plus(&end, 1.0)
+            })
     }
 }
 
@@ -375,13 +512,21 @@ fn needed_alone(scene: &Scene, request: &BudgetRequest<'_>) -> Vec<NeededValue> 
         .par_iter()
         .map(|p| {
             let unit = p.unit(scene).radius_m(request.figure.part());
-            NeededValue { parameter: p.path.to_owned(), value: (unit > NO_EFFECT_M).then(|| request.limit_m / unit), unit: p.si }
+            NeededValue {
+                parameter: p.path.to_owned(),
+                value: (unit > NO_EFFECT_M).then(|| request.limit_m / unit),
+                unit: p.si,
+            }
         })
         .collect()
 }
 
 /// The largest x with figure(others + x²·unit) = limit; `None` where the others exceed it or the unit has no effect.
-fn largest_value(others: &Horizontal, unit: &Horizontal, request: &BudgetRequest<'_>) -> Option<f64> {
+fn largest_value(
+    others: &Horizontal,
+    unit: &Horizontal,
+    request: &BudgetRequest<'_>,
+) -> Option<f64> {
     let figure = |x: f64| others.plus(unit, x * x).radius_m(request.figure.part());
     let alone = unit.radius_m(request.figure.part());
     if alone <= NO_EFFECT_M || figure(0.0) > request.limit_m {
@@ -438,7 +583,11 @@ impl BudgetOutcome {
     }
 
     fn kilometres(&self, value_m: f64) -> String {
-        if self.limit_m >= 500.0 { format!("{} km", significant(value_m / 1000.0, 2)) } else { format!("{} m", significant(value_m, 2)) }
+        if self.limit_m >= 500.0 {
+            format!("{} km", significant(value_m / 1000.0, 2))
+        } else {
+            format!("{} m", significant(value_m, 2))
+        }
     }
 
     /// The result as people read it.
@@ -449,7 +598,11 @@ impl BudgetOutcome {
         let figure = self.figure.words();
         let total = self.asked;
         if let Some((name, cep, r95)) = &self.own {
-            let own = if self.figure == Figure::Cep { *cep } else { *r95 };
+            let own = if self.figure == Figure::Cep {
+                *cep
+            } else {
+                *r95
+            };
             let scale = self.scale_all.unwrap_or(f64::INFINITY);
             if own <= self.limit_m {
                 doc.paragraph(format!("{name} keeps a {figure} of {limit} after {time} in `{}`: {}. All its errors could be {} times as large.", self.trajectory, self.kilometres(own), significant(scale, 2)));
@@ -459,20 +612,36 @@ impl BudgetOutcome {
             doc.blank();
         }
         if self.met_by.is_empty() {
-            doc.paragraph(format!("None of the catalogue's sensors keeps a {figure} of {limit} after {time} in `{}`.", self.trajectory));
+            doc.paragraph(format!(
+                "None of the catalogue's sensors keeps a {figure} of {limit} after {time} in `{}`.",
+                self.trajectory
+            ));
         } else {
-            let verb = if self.met_by.len() == 1 { "keeps" } else { "keep" };
+            let verb = if self.met_by.len() == 1 {
+                "keeps"
+            } else {
+                "keep"
+            };
             doc.paragraph(format!("{} of {total} sensors {verb} a {figure} of {limit} after {time} in `{}`, the cheapest first:", self.met_by.len(), self.trajectory)).blank();
             let confirmed = self.met_by.iter().any(|c| c.confirmed.is_some());
             let mut heading = vec!["sensor", "CEP", "R95", "price class", "evidence"];
-            let mut aligns = vec![Align::Left, Align::Right, Align::Right, Align::Left, Align::Left];
+            let mut aligns = vec![
+                Align::Left,
+                Align::Right,
+                Align::Right,
+                Align::Left,
+                Align::Left,
+            ];
             if confirmed {
                 heading.insert(3, "Monte Carlo");
                 aligns.insert(3, Align::Left);
             }
             let mut table = Table::new(&heading, &aligns);
             for c in &self.met_by {
-                let (class, evidence) = c.price.as_ref().map_or(("-", "-"), |(class, evidence)| (*class, evidence.as_str()));
+                let (class, evidence) = c
+                    .price
+                    .as_ref()
+                    .map_or(("-", "-"), |(class, evidence)| (*class, evidence.as_str()));
                 let mut cells = vec![
                     Cell::from(sagnac_report::text::cut(&c.sensor, 16)),
                     Cell::from(self.kilometres(c.cep_m)),
@@ -481,7 +650,14 @@ impl BudgetOutcome {
                     Cell::from(sagnac_report::text::cut(evidence, 25)),
                 ];
                 if confirmed {
-                    cells.insert(3, Cell::from(c.confirmed.as_ref().map_or("-".to_owned(), |(v, _)| self.kilometres(*v))));
+                    cells.insert(
+                        3,
+                        Cell::from(
+                            c.confirmed
+                                .as_ref()
+                                .map_or("-".to_owned(), |(v, _)| self.kilometres(*v)),
+                        ),
+                    );
                 }
                 table.row(cells);
             }
@@ -489,14 +665,38 @@ impl BudgetOutcome {
         }
         doc.blank();
         if !self.nearest.is_empty() {
-            let names: Vec<String> = self.nearest.iter().map(|c| format!("{} {}", c.sensor, self.kilometres(if self.figure == Figure::Cep { c.cep_m } else { c.r95_m }))).collect();
+            let names: Vec<String> = self
+                .nearest
+                .iter()
+                .map(|c| {
+                    format!(
+                        "{} {}",
+                        c.sensor,
+                        self.kilometres(if self.figure == Figure::Cep {
+                            c.cep_m
+                        } else {
+                            c.r95_m
+                        })
+                    )
+                })
+                .collect();
             doc.paragraph(format!("nearest that do not: {}", names.join(", ")));
         }
-        doc.line(if self.own.is_some() { "each of these could be as large as this, the others as they are:" } else { "alone, each of these would use up the whole limit:" });
+        doc.line(if self.own.is_some() {
+            "each of these could be as large as this, the others as they are:"
+        } else {
+            "alone, each of these would use up the whole limit:"
+        });
         let mut table = Table::new(&["", ""], &[Align::Left, Align::Left]);
         for n in &self.needed {
             let value = n.value.map_or_else(
-                || if self.own.is_some() { "the others alone exceed the limit".to_owned() } else { "no effect here".to_owned() },
+                || {
+                    if self.own.is_some() {
+                        "the others alone exceed the limit".to_owned()
+                    } else {
+                        "no effect here".to_owned()
+                    }
+                },
                 |v| value_in_field(&n.parameter, v),
             );
             table.row([Cell::from(n.parameter.clone()), Cell::from(value)]);
@@ -506,7 +706,10 @@ impl BudgetOutcome {
             doc.line("If m of them act together, each may have 1/√m of its value.");
         }
         if self.skipped > 0 {
-            doc.paragraph(format!("{} sensors were left out: they lack a number the question needs.", self.skipped));
+            doc.paragraph(format!(
+                "{} sensors were left out: they lack a number the question needs.",
+                self.skipped
+            ));
         }
         doc
     }
@@ -522,7 +725,9 @@ fn value_in_field(path: &str, value_si: f64) -> String {
     let unit = match path {
         "gyro.bias.stability" | "gyro.bias.instability.coefficient" => Unit::DEG_PER_H,
         "gyro.noise.angle_random_walk" => Unit::DEG_PER_SQRT_H,
-        "accel.bias.stability" | "accel.bias.instability.coefficient" if value_si >= 9.8e-3 => Unit::MILLI_G,
+        "accel.bias.stability" | "accel.bias.instability.coefficient" if value_si >= 9.8e-3 => {
+            Unit::MILLI_G
+        }
         "accel.bias.stability" | "accel.bias.instability.coefficient" => Unit::MICRO_G,
         "accel.noise.velocity_random_walk" => Unit::M_PER_S_PER_SQRT_H,
         "gyro.misalignment.stability" | "accel.misalignment.stability" => Unit::MILLI_RAD,

@@ -27,8 +27,8 @@ use serde_json::{Value, json};
 use crate::Error;
 use crate::motion::sensor_errors;
 
-pub(crate) use view::length as length_text;
 pub use recording::{RecordingOutcome, RecordingRequest, recording};
+pub(crate) use view::length as length_text;
 
 /// A temperature against time, °C.
 pub type TemperatureOf = Arc<dyn Fn(f64) -> f64 + Send + Sync>;
@@ -92,9 +92,14 @@ impl<'a> DriftRequest<'a> {
     }
 
     pub(crate) fn setting(&self) -> Setting {
-        let rate_hz = self.rate_hz.or_else(|| self.model.sample_rate_hz()).unwrap_or(100.0);
+        let rate_hz = self
+            .rate_hz
+            .or_else(|| self.model.sample_rate_hz())
+            .unwrap_or(100.0);
         Setting {
-            duration_s: self.duration_s.unwrap_or_else(|| self.trajectory.default_duration_s()),
+            duration_s: self
+                .duration_s
+                .unwrap_or_else(|| self.trajectory.default_duration_s()),
             dt_s: 1.0 / rate_hz,
             vertical: self.vertical,
             alignment: self.alignment,
@@ -104,7 +109,9 @@ impl<'a> DriftRequest<'a> {
 
     pub(crate) fn temperature(&self) -> TemperatureOf {
         let reference = self.model.reference_temperature_c();
-        self.temperature.clone().unwrap_or_else(|| Arc::new(move |_| reference))
+        self.temperature
+            .clone()
+            .unwrap_or_else(|| Arc::new(move |_| reference))
     }
 }
 
@@ -145,7 +152,10 @@ pub fn drift(request: &DriftRequest<'_>) -> Result<DriftOutcome, Error> {
 ///
 /// # Errors
 /// As [`drift`].
-pub fn drift_with_progress(request: &DriftRequest<'_>, progress: &mut dyn FnMut(u64, u64)) -> Result<DriftOutcome, Error> {
+pub fn drift_with_progress(
+    request: &DriftRequest<'_>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<DriftOutcome, Error> {
     let setting = request.setting();
     let sensor = sensor_errors(request.model)?;
     let temperature = request.temperature();
@@ -154,7 +164,14 @@ pub fn drift_with_progress(request: &DriftRequest<'_>, progress: &mut dyn FnMut(
     let found = match request.method {
         Method::Covariance => None,
         Method::MonteCarlo => Some(monte_carlo(
-            &Request { trajectory: request.trajectory, setting, sculling: request.sculling, sensor: &sensor, runs: request.runs, seed: request.seed },
+            &Request {
+                trajectory: request.trajectory,
+                setting,
+                sculling: request.sculling,
+                sensor: &sensor,
+                runs: request.runs,
+                seed: request.seed,
+            },
             &*temperature,
             progress,
         )?),
@@ -166,13 +183,19 @@ pub fn drift_with_progress(request: &DriftRequest<'_>, progress: &mut dyn FnMut(
     let values = covariance
         .terms()
         .iter()
-        .filter_map(|(term, ..)| crate::motion::value_text(request.model, term).map(|v| (term.clone(), v)))
+        .filter_map(|(term, ..)| {
+            crate::motion::value_text(request.model, term).map(|v| (term.clone(), v))
+        })
         .collect();
     Ok(DriftOutcome {
         covariance,
         monte_carlo: found,
         setting,
-        runs: if request.method == Method::MonteCarlo { request.runs } else { 0 },
+        runs: if request.method == Method::MonteCarlo {
+            request.runs
+        } else {
+            0
+        },
         missing: sensor.missing(),
         sensor: request.model.name().to_owned(),
         trajectory: request.trajectory.name().to_owned(),
@@ -196,24 +219,45 @@ impl Curve {
     }
 
     fn sampled(of: &[Sampled]) -> Self {
-        Self { value: of.iter().map(|s| s.value_m).collect(), interval: of.iter().map(|s| s.interval_m).collect() }
+        Self {
+            value: of.iter().map(|s| s.value_m).collect(),
+            interval: of.iter().map(|s| s.interval_m).collect(),
+        }
     }
 }
 
-const AXES: [&str; 9] =
-    ["north_m", "east_m", "down_m", "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s", "tilt_north_rad", "tilt_east_rad", "heading_rad"];
+const AXES: [&str; 9] = [
+    "north_m",
+    "east_m",
+    "down_m",
+    "velocity_north_m_s",
+    "velocity_east_m_s",
+    "velocity_down_m_s",
+    "tilt_north_rad",
+    "tilt_east_rad",
+    "heading_rad",
+];
 
 impl DriftOutcome {
     pub(crate) fn cep(&self) -> Curve {
-        self.monte_carlo.as_ref().map_or_else(|| Curve::linear(self.covariance.cep_m()), |m| Curve::sampled(&m.cep(0.025)))
+        self.monte_carlo.as_ref().map_or_else(
+            || Curve::linear(self.covariance.cep_m()),
+            |m| Curve::sampled(&m.cep(0.025)),
+        )
     }
 
     pub(crate) fn r95(&self) -> Curve {
-        self.monte_carlo.as_ref().map_or_else(|| Curve::linear(self.covariance.r95_m()), |m| Curve::sampled(&m.r95(0.025)))
+        self.monte_carlo.as_ref().map_or_else(
+            || Curve::linear(self.covariance.r95_m()),
+            |m| Curve::sampled(&m.r95(0.025)),
+        )
     }
 
     pub(crate) fn rms(&self) -> Curve {
-        self.monte_carlo.as_ref().map_or_else(|| Curve::linear(self.covariance.rms_m()), |m| Curve::sampled(&m.rms(1.96)))
+        self.monte_carlo.as_ref().map_or_else(
+            || Curve::linear(self.covariance.rms_m()),
+            |m| Curve::sampled(&m.rms(1.96)),
+        )
     }
 
     /// Whether linear numbers hold.
@@ -227,7 +271,11 @@ impl DriftOutcome {
         if !self.missing.is_empty() {
             out.push(format!(
                 "the model lacks {}: a term that is absent counts as zero, which no sensor has",
-                self.missing.iter().map(|m| describe_missing(m)).collect::<Vec<_>>().join(", ")
+                self.missing
+                    .iter()
+                    .map(|m| describe_missing(m))
+                    .collect::<Vec<_>>()
+                    .join(", ")
             ));
         }
         if !self.is_valid() {
@@ -235,10 +283,16 @@ impl DriftOutcome {
         }
         if let Some(m) = &self.monte_carlo {
             if m.clipped > 0 {
-                out.push(format!("{} values were cut off by the range", sagnac_report::text::group_thousands(&m.clipped.to_string())));
+                out.push(format!(
+                    "{} values were cut off by the range",
+                    sagnac_report::text::group_thousands(&m.clipped.to_string())
+                ));
             }
             if m.outside_validity > 0 {
-                out.push(format!("{} samples were outside the validity of the correction", sagnac_report::text::group_thousands(&m.outside_validity.to_string())));
+                out.push(format!(
+                    "{} samples were outside the validity of the correction",
+                    sagnac_report::text::group_thousands(&m.outside_validity.to_string())
+                ));
             }
         }
         out
@@ -262,11 +316,31 @@ impl DriftOutcome {
     /// `{"method", "time_s", "cep_m", "r95_m", "rms_m", "cep_ci_m", …}` of interfaces.md §4 and navigation.md §3.2.
     pub fn to_json(&self) -> Value {
         let (cep, r95, rms) = (self.cep(), self.r95(), self.rms());
-        let intervals = |c: &Curve| -> Vec<Value> { c.interval.iter().map(|i| if self.monte_carlo.is_some() { json!(i) } else { Value::Null }).collect() };
+        let intervals = |c: &Curve| -> Vec<Value> {
+            c.interval
+                .iter()
+                .map(|i| {
+                    if self.monte_carlo.is_some() {
+                        json!(i)
+                    } else {
+                        Value::Null
+                    }
+                })
+                .collect()
+        };
         let axes: serde_json::Map<String, Value> = AXES
             .iter()
             .enumerate()
-            .map(|(i, name)| ((*name).to_owned(), json!(self.monte_carlo.as_ref().map_or_else(|| self.covariance.rms_of(i), |m| m.rms_of(i)))))
+            .map(|(i, name)| {
+                (
+                    (*name).to_owned(),
+                    json!(
+                        self.monte_carlo
+                            .as_ref()
+                            .map_or_else(|| self.covariance.rms_of(i), |m| m.rms_of(i))
+                    ),
+                )
+            })
             .collect();
         let end = cep.value.last().copied().unwrap_or(0.0);
         json!({
@@ -312,7 +386,11 @@ pub(crate) fn alignment_json(alignment: &Alignment) -> Value {
     match alignment {
         Alignment::Perfect => json!("perfect"),
         Alignment::SelfAligned => json!("self"),
-        Alignment::Given { roll_rad, pitch_rad, heading_rad } => json!({ "roll_rad": roll_rad, "pitch_rad": pitch_rad, "heading_rad": heading_rad }),
+        Alignment::Given {
+            roll_rad,
+            pitch_rad,
+            heading_rad,
+        } => json!({ "roll_rad": roll_rad, "pitch_rad": pitch_rad, "heading_rad": heading_rad }),
     }
 }
 

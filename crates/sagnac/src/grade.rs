@@ -15,7 +15,7 @@
 mod chart;
 mod table;
 
-pub use chart::{area_charts, cost_chart};
+pub use chart::{area_charts, cost_chart, grade_page};
 pub use table::{GradeTable, Limit, Row};
 
 use sagnac_core::Sensor;
@@ -73,7 +73,11 @@ pub struct GradeRequest<'a> {
 impl<'a> GradeRequest<'a> {
     /// The lecture's table, the bias chosen by what the model states.
     pub fn new(model: &'a Model) -> Self {
-        Self { model, table: GradeTable::Lecture, bias: None }
+        Self {
+            model,
+            table: GradeTable::Lecture,
+            bias: None,
+        }
     }
 }
 
@@ -120,7 +124,11 @@ pub struct GradeOutcome {
 }
 
 fn largest(of: impl Fn(usize) -> Option<f64>) -> Option<f64> {
-    (0..3).filter_map(of).map(f64::abs).filter(|b| *b > 0.0).max_by(f64::total_cmp)
+    (0..3)
+        .filter_map(of)
+        .map(f64::abs)
+        .filter(|b| *b > 0.0)
+        .max_by(f64::total_cmp)
 }
 
 /// The bias of a kind that a model states, SI, the largest of the axes.
@@ -164,7 +172,10 @@ fn rest_cep_m(model: &Model, bias: &[Option<(Bias, f64)>; 2], hours: f64) -> Res
         calibration: Calibration::Perfect,
     };
     let reference = model.reference_temperature_c();
-    Ok(Scene::new(&trajectory, setting, &|_| reference)?.covariance(&sensor)?.end().radius_m(0.5))
+    Ok(Scene::new(&trajectory, setting, &|_| reference)?
+        .covariance(&sensor)?
+        .end()
+        .radius_m(0.5))
 }
 
 /// Grades a sensor.
@@ -181,7 +192,11 @@ pub fn grade(request: &GradeRequest<'_>) -> Result<GradeOutcome, Error> {
         let i = sensor.index();
         by[i] = match bias[i] {
             None => {
-                let kind = request.bias.map_or("bias.stability and no bias.instability".to_owned(), |b| b.path().to_owned());
+                let kind = request
+                    .bias
+                    .map_or("bias.stability and no bias.instability".to_owned(), |b| {
+                        b.path().to_owned()
+                    });
                 reasons.push(format!("the model has no {}.{kind}", sensor.key()));
                 None
             }
@@ -203,17 +218,29 @@ pub fn grade(request: &GradeRequest<'_>) -> Result<GradeOutcome, Error> {
     } else if rows.iter().any(|r| r.position.is_some()) {
         let hour = rest_cep_m(model, &bias, 1.0)?;
         cep_m[0] = Some(hour);
-        if hour <= NMI_M && rows.iter().any(|r| matches!(r.position, Some((h, _)) if h > 1.0)) {
+        if hour <= NMI_M
+            && rows
+                .iter()
+                .any(|r| matches!(r.position, Some((h, _)) if h > 1.0))
+        {
             cep_m[1] = Some(rest_cep_m(model, &bias, 24.0)?);
         }
-        by_position = rows.iter().position(|r| r.position.is_some_and(|(hours, limit)| position_at(&cep_m, hours).is_some_and(|c| limit.is_met(c))));
+        by_position = rows.iter().position(|r| {
+            r.position.is_some_and(|(hours, limit)| {
+                position_at(&cep_m, hours).is_some_and(|c| limit.is_met(c))
+            })
+        });
         if by_position.is_none() {
             reasons.push("the table gives no position figure below tactical".to_owned());
         }
     } else {
         reasons.push("the table has no position column".to_owned());
     }
-    let overall = if outside { None } else { [by[0], by[1], by_position].into_iter().flatten().max() };
+    let overall = if outside {
+        None
+    } else {
+        [by[0], by[1], by_position].into_iter().flatten().max()
+    };
     let next = match overall {
         Some(0) => None,
         Some(row) => Some(row - 1),
@@ -226,31 +253,48 @@ pub fn grade(request: &GradeRequest<'_>) -> Result<GradeOutcome, Error> {
         let above = &rows[next];
         for (sensor, name) in Sensor::ALL.into_iter().zip(["gyro_bias", "accel_bias"]) {
             let i = sensor.index();
-            let (Some((kind, value)), Some(limit)) = (bias[i], above.bias[i].value()) else { continue };
+            let (Some((kind, value)), Some(limit)) = (bias[i], above.bias[i].value()) else {
+                continue;
+            };
             if !above.bias[i].is_met(value) {
                 needed_for_next.push(Needed {
                     parameter: format!("{}.{}", sensor.key(), kind.path()),
                     now: value,
                     needed: limit,
-                    unit: if sensor == Sensor::Gyro { "rad/s" } else { "m/s^2" },
+                    unit: if sensor == Sensor::Gyro {
+                        "rad/s"
+                    } else {
+                        "m/s^2"
+                    },
                     factor: value / limit,
                 });
             }
-            if by[i] == overall && overall.is_some() && held.is_none_or(|(_, f)| value / limit > f) {
+            if by[i] == overall && overall.is_some() && held.is_none_or(|(_, f)| value / limit > f)
+            {
                 held = Some((name, value / limit));
             }
         }
         if let Some((hours, limit)) = above.position
-            && let (Some(limit_m), Some(mut cep)) = (limit.value(), position_at(&cep_m, hours).or(cep_m[0]))
+            && let (Some(limit_m), Some(mut cep)) =
+                (limit.value(), position_at(&cep_m, hours).or(cep_m[0]))
         {
             if hours > 1.0 && cep_m[1].is_none() && complete {
                 cep = rest_cep_m(model, &bias, hours)?;
                 cep_m[1] = Some(cep);
             }
             if !limit.is_met(cep) {
-                needed_for_next.push(Needed { parameter: "position".to_owned(), now: cep, needed: limit_m, unit: "m", factor: cep / limit_m });
+                needed_for_next.push(Needed {
+                    parameter: "position".to_owned(),
+                    now: cep,
+                    needed: limit_m,
+                    unit: "m",
+                    factor: cep / limit_m,
+                });
             }
-            if by_position.is_some() && by_position == overall && held.is_none_or(|(_, f)| cep / limit_m > f) {
+            if by_position.is_some()
+                && by_position == overall
+                && held.is_none_or(|(_, f)| cep / limit_m > f)
+            {
                 held = Some(("position", cep / limit_m));
             }
         }
@@ -293,7 +337,9 @@ impl GradeOutcome {
 
     /// `{"sensor", "table", "bias", "by_gyro_bias", …}` of navigation.md §4.
     pub fn to_json(&self) -> Value {
-        let bias = |i: usize| self.bias[i].map_or(Value::Null, |(kind, value)| json!({ "kind": kind.key(), "value": value, "unit": if i == 0 { "rad/s" } else { "m/s^2" } }));
+        let bias = |i: usize| {
+            self.bias[i].map_or(Value::Null, |(kind, value)| json!({ "kind": kind.key(), "value": value, "unit": if i == 0 { "rad/s" } else { "m/s^2" } }))
+        };
         json!({
             "sensor": self.sensor,
             "table": self.table.key(),
@@ -325,21 +371,35 @@ impl GradeOutcome {
     pub fn verdict(&self) -> String {
         let table = self.table.words();
         let kind = match self.bias_kind() {
-            Some("mixed") => "mixed biases (in-run of one sensor, run-to-run of the other)".to_owned(),
+            Some("mixed") => {
+                "mixed biases (in-run of one sensor, run-to-run of the other)".to_owned()
+            }
             Some(kind) => format!("{kind} bias"),
             None => return format!("No grade: {}.", self.reasons.join("; ")),
         };
         let mut out = match self.overall {
-            Some(row) => format!("{}, by {table} and {kind}.", words(self.table.rows()[row].name, true)),
+            Some(row) => format!(
+                "{}, by {table} and {kind}.",
+                words(self.table.rows()[row].name, true)
+            ),
             None => format!("Outside {table}, by {kind}."),
         };
-        if let (Some(row), Some(first)) = (self.next_row(), self.needed_for_next.iter().max_by(|a, b| a.factor.total_cmp(&b.factor))) {
+        if let (Some(row), Some(first)) = (
+            self.next_row(),
+            self.needed_for_next
+                .iter()
+                .max_by(|a, b| a.factor.total_cmp(&b.factor)),
+        ) {
             let what = match first.parameter.split('.').next() {
                 Some("gyro") => "gyro bias",
                 Some("accel") => "accelerometer bias",
                 _ => "position error",
             };
-            out.push_str(&format!(" {} grade needs a {} times smaller {what}.", words(self.table.rows()[row].name, true), significant(first.factor, 2)));
+            out.push_str(&format!(
+                " {} grade needs a {} times smaller {what}.",
+                words(self.table.rows()[row].name, true),
+                significant(first.factor, 2)
+            ));
         }
         out
     }
@@ -356,16 +416,36 @@ impl GradeOutcome {
     pub fn document(&self) -> Document {
         let mut doc = Document::new();
         doc.paragraph(self.verdict()).blank();
-        let name = |row: Option<usize>| Cell::from(self.key(row).map_or("-".to_owned(), |n| words(n, false)));
+        let name = |row: Option<usize>| {
+            Cell::from(self.key(row).map_or("-".to_owned(), |n| words(n, false)))
+        };
         let mut table = Table::new(&["", "", ""], &[Align::Left; 3]);
-        table.row([Cell::from("by gyro bias"), name(self.by_gyro_bias), Cell::from(self.bias_text(0))]);
-        table.row([Cell::from("by accelerometer bias"), name(self.by_accel_bias), Cell::from(self.bias_text(1))]);
+        table.row([
+            Cell::from("by gyro bias"),
+            name(self.by_gyro_bias),
+            Cell::from(self.bias_text(0)),
+        ]);
+        table.row([
+            Cell::from("by accelerometer bias"),
+            name(self.by_accel_bias),
+            Cell::from(self.bias_text(1)),
+        ]);
         let position = match self.cep_m {
-            [Some(cep), None] => format!("CEP {} nmi after 1 h at rest", significant(cep / NMI_M, 2)),
-            [Some(hour), Some(day)] => format!("CEP {} nmi after 1 h at rest, {} after 24 h", significant(hour / NMI_M, 2), significant(day / NMI_M, 2)),
+            [Some(cep), None] => {
+                format!("CEP {} nmi after 1 h at rest", significant(cep / NMI_M, 2))
+            }
+            [Some(hour), Some(day)] => format!(
+                "CEP {} nmi after 1 h at rest, {} after 24 h",
+                significant(hour / NMI_M, 2),
+                significant(day / NMI_M, 2)
+            ),
             _ => "-".to_owned(),
         };
-        table.row([Cell::from("by position"), name(self.by_position), Cell::from(position)]);
+        table.row([
+            Cell::from("by position"),
+            name(self.by_position),
+            Cell::from(position),
+        ]);
         let held = match self.held_back_by {
             Some("gyro_bias") => "held back by the gyro bias",
             Some("accel_bias") => "held back by the accelerometer bias",
@@ -389,11 +469,26 @@ impl GradeOutcome {
                     _ => format!("{} nmi", significant(v / NMI_M, 2)),
                 };
                 let title = if n.parameter == "position" {
-                    format!("position, CEP {} h", if self.table.rows()[row].position.is_some_and(|(h, _)| h > 1.0) { 24 } else { 1 })
+                    format!(
+                        "position, CEP {} h",
+                        if self.table.rows()[row]
+                            .position
+                            .is_some_and(|(h, _)| h > 1.0)
+                        {
+                            24
+                        } else {
+                            1
+                        }
+                    )
                 } else {
                     n.parameter.clone()
                 };
-                needed.row([Cell::from(title), Cell::from(value(n.now)), Cell::from(value(n.needed)), Cell::from(format!("{} times less", significant(n.factor, 2)))]);
+                needed.row([
+                    Cell::from(title),
+                    Cell::from(value(n.now)),
+                    Cell::from(value(n.needed)),
+                    Cell::from(format!("{} times less", significant(n.factor, 2))),
+                ]);
             }
             doc.table(needed);
         }
@@ -411,16 +506,26 @@ fn bias_value(sensor: usize, value: f64) -> String {
         format!("{} deg/h", general(Unit::DEG_PER_H.from_si(value), 3))
     } else {
         let ug = Unit::MICRO_G.from_si(value);
-        if ug >= 499.999 { format!("{} mg", general(ug / 1000.0, 3)) } else { format!("{} ug", general(ug, 3)) }
+        if ug >= 499.999 {
+            format!("{} mg", general(ug / 1000.0, 3))
+        } else {
+            format!("{} ug", general(ug, 3))
+        }
     }
 }
 
 /// `control_system` in a sentence.
 fn words(name: &str, first: bool) -> String {
-    let out = if name == "ahrs" { "AHRS".to_owned() } else { name.replace('_', " ") };
+    let out = if name == "ahrs" {
+        "AHRS".to_owned()
+    } else {
+        name.replace('_', " ")
+    };
     if first {
         let mut chars = out.chars();
-        return chars.next().map_or(String::new(), |c| c.to_uppercase().chain(chars).collect());
+        return chars
+            .next()
+            .map_or(String::new(), |c| c.to_uppercase().chain(chars).collect());
     }
     out
 }

@@ -13,6 +13,7 @@ pub mod grade;
 pub mod motion;
 pub mod report_characterize;
 pub mod response;
+pub mod strapdown;
 pub mod table;
 
 pub use error::{Error, Kind};

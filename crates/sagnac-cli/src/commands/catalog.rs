@@ -4,8 +4,12 @@ use clap::Subcommand;
 use sagnac::Error;
 use sagnac::catalog::{self, ListRequest};
 
+use sagnac::budget::Figure;
+use sagnac::model::units::Dimension;
+
 use crate::context::Context;
 use crate::models::CatalogOption;
+use crate::quantities::positive;
 
 /// Real sensors, every number with its source
 #[derive(clap::Args)]
@@ -22,6 +26,7 @@ enum Action {
     List(List),
     Show(Show),
     Compare(Compare),
+    Search(Box<Search>),
 }
 
 /// Which sensors meet a condition?
@@ -62,6 +67,19 @@ struct Compare {
     catalog: CatalogOption,
 }
 
+/// Which sensors meet a drift requirement?
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example\n  sagnac catalog search --drift '1 km after 10 min' --trajectory drive"
+)]
+struct Search {
+    /// CEP and time: '1 km after 10 min'
+    #[arg(long, value_name = "LENGTH after TIME")]
+    drift: String,
+    #[command(flatten)]
+    common: crate::commands::budget::Common,
+}
+
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     match &args.action {
         Action::List(list) => {
@@ -88,6 +106,19 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
                 accelerometers: about("accel.") && !about("gyro."),
             };
             let outcome = catalog::list(&list.catalog.open()?, &request)?;
+            context.show(|| outcome.document(), || outcome.to_json())
+        }
+        Action::Search(search) => {
+            let (limit, time) = search.drift.split_once(" after ").ok_or_else(|| {
+                Error::usage(format!("\"{}\" is no drift requirement", search.drift))
+                    .at("--drift")
+                    .advise("write for instance --drift '1 km after 10 min'")
+            })?;
+            let limit_m = positive("--drift", limit.trim(), Dimension::LENGTH)?;
+            let after_s = positive("--drift", time.trim(), Dimension::TIME)?;
+            let outcome = search
+                .common
+                .ask(None, Figure::Cep, limit_m, after_s, false)?;
             context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Show(show) => {

@@ -1,8 +1,12 @@
 //! One file per command; each is thin: build the request, call the façade, print the outcome.
 
+pub(crate) mod budget;
 mod catalog;
 mod completions;
+pub(crate) mod drift;
+pub(crate) mod grade;
 mod response;
+pub(crate) mod strapdown;
 
 use clap::{CommandFactory as _, Subcommand};
 use sagnac::Error;
@@ -12,9 +16,14 @@ use crate::context::Context;
 
 /// The commands, each with its own arguments.
 #[derive(Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "made once")]
 pub(crate) enum Command {
     Catalog(catalog::Args),
     Completions(completions::Args),
+    Strapdown(strapdown::Args),
+    Grade(grade::Args),
+    Drift(drift::Args),
+    Budget(budget::Args),
     Response(response::Args),
 }
 
@@ -22,6 +31,10 @@ pub(crate) enum Command {
 pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
     match command {
         Command::Catalog(args) => catalog::run(&args, context),
+        Command::Budget(args) => budget::run(&args, context),
+        Command::Drift(args) => drift::run(&args, context),
+        Command::Grade(args) => grade::run(&args, context),
+        Command::Strapdown(args) => strapdown::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
         Command::Response(args) => response::run(&args, context),
     }

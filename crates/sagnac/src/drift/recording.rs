@@ -78,15 +78,26 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
     };
     let mut data = path(request.reference, request.reference_label)?;
     if data.attitude == PathAttitude::Coordinated {
-        return Err(Error::data("the reference has no attitude").at(request.reference_label.to_owned()).advise("give quaternion_w…z or roll, pitch, heading columns"));
+        return Err(Error::data("the reference has no attitude")
+            .at(request.reference_label.to_owned())
+            .advise("give quaternion_w…z or roll, pitch, heading columns"));
     }
     for t in &mut data.time_s {
         *t += shift;
     }
     let times = data.time_s.clone();
-    let trajectory = Trajectory::from_path(request.reference_label, request.earth, &request.start, &data).map_err(|e| Error::from(e).at(request.reference_label.to_owned()))?;
+    let trajectory = Trajectory::from_path(
+        request.reference_label,
+        request.earth,
+        &request.start,
+        &data,
+    )
+    .map_err(|e| Error::from(e).at(request.reference_label.to_owned()))?;
     let samples = samples(request, dt)?;
-    let (Some(first), Some(last)) = (samples.first().map(|s| s.time_s), samples.last().map(|s| s.time_s)) else {
+    let (Some(first), Some(last)) = (
+        samples.first().map(|s| s.time_s),
+        samples.last().map(|s| s.time_s),
+    ) else {
         return Err(Error::data("the log has no samples").at(request.log_label.to_owned()));
     };
     let begin = first.max(times[0]);
@@ -111,11 +122,16 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
             }
             let Some(velocity) = velocity else { continue };
             let truth = trajectory.at(start - times[0]);
-            let initial = State { position_e: truth.position_e, velocity_e: velocity, e_from_b: truth.e_from_b };
+            let initial = State {
+                position_e: truth.position_e,
+                velocity_e: velocity,
+                e_from_b: truth.e_from_b,
+            };
             let target = trajectory.at(stop - times[0]);
             counts[h] += 1;
             for (k, corrected) in [false, true].into_iter().enumerate() {
-                let error = integrate(request.earth, &samples, start, stop, initial, corrected).position_error_m(&target);
+                let error = integrate(request.earth, &samples, start, stop, initial, corrected)
+                    .position_error_m(&target);
                 squares[h][k] += error * error;
             }
             predicted[h] += predict(request, &sensor, &trajectory, &data, start, horizon, dt)?;
@@ -126,9 +142,15 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
     Ok(RecordingOutcome {
         sensor: request.model.name().to_owned(),
         horizon_s: HORIZONS_S.to_vec(),
-        raw_m: (0..HORIZONS_S.len()).map(|h| mean(h, squares[h][0])).collect(),
-        corrected_m: (0..HORIZONS_S.len()).map(|h| mean(h, squares[h][1])).collect(),
-        predicted_m: (0..HORIZONS_S.len()).map(|h| mean(h, predicted[h])).collect(),
+        raw_m: (0..HORIZONS_S.len())
+            .map(|h| mean(h, squares[h][0]))
+            .collect(),
+        corrected_m: (0..HORIZONS_S.len())
+            .map(|h| mean(h, squares[h][1]))
+            .collect(),
+        predicted_m: (0..HORIZONS_S.len())
+            .map(|h| mean(h, predicted[h]))
+            .collect(),
         starts: counts,
     })
 }
@@ -139,17 +161,30 @@ fn samples(request: &RecordingRequest<'_>, dt: f64) -> Result<Vec<Sample>, Error
         .map_err(|e| Error::data(e.to_string()).at(request.model.label().to_owned()))?;
     let get = |name: &str| {
         log.channel(name).ok_or_else(|| {
-            Error::data(format!("the log has no column `{name}`")).at(request.log_label.to_owned()).advise("name its columns with --columns 'gyro=…, accel=…'")
+            Error::data(format!("the log has no column `{name}`"))
+                .at(request.log_label.to_owned())
+                .advise("name its columns with --columns 'gyro=…, accel=…'")
         })
     };
-    let channels = [get("gyro_x")?, get("gyro_y")?, get("gyro_z")?, get("accel_x")?, get("accel_y")?, get("accel_z")?];
+    let channels = [
+        get("gyro_x")?,
+        get("gyro_y")?,
+        get("gyro_z")?,
+        get("accel_x")?,
+        get("accel_y")?,
+        get("accel_z")?,
+    ];
     let temperature = log.channel("temperature");
     let reference_c = request.model.reference_temperature_c();
     let time: Vec<f64> = (0..log.rows).map(|k| log.time_s(k)).collect();
     // The angular acceleration for the size effect is the slope of the parabola through three samples (model.md §2).
     let slope = |c: &[f64], k: usize| {
         let (a, b) = (k.saturating_sub(1), (k + 1).min(log.rows - 1));
-        if a == b || time[b] <= time[a] { 0.0 } else { (c[b] - c[a]) / (time[b] - time[a]) }
+        if a == b || time[b] <= time[a] {
+            0.0
+        } else {
+            (c[b] - c[a]) / (time[b] - time[a])
+        }
     };
     Ok((0..log.rows)
         .filter_map(|k| {
@@ -165,7 +200,11 @@ fn samples(request: &RecordingRequest<'_>, dt: f64) -> Result<Vec<Sample>, Error
             };
             let y = correct.correct(&reading);
             let corrected = std::array::from_fn(|c| if c < 3 { y.gyro[c] } else { y.accel[c - 3] });
-            Some(Sample { time_s: time[k], raw, corrected })
+            Some(Sample {
+                time_s: time[k],
+                raw,
+                corrected,
+            })
         })
         .collect())
 }
@@ -175,9 +214,13 @@ fn covered(log: &[f64], reference: &[f64], start: f64, stop: f64) -> bool {
     let dense = |times: &[f64], from: f64, to: f64| {
         let begin = times.partition_point(|t| *t < from).saturating_sub(1);
         let end = times.partition_point(|t| *t <= to).min(times.len() - 1);
-        times[begin..=end].windows(2).all(|w| w[1] - w[0] <= LARGEST_GAP_S)
+        times[begin..=end]
+            .windows(2)
+            .all(|w| w[1] - w[0] <= LARGEST_GAP_S)
     };
-    dense(log, start - AROUND_S, stop + AROUND_S) && dense(reference, start - AROUND_S, start + AROUND_S) && dense(reference, stop - AROUND_S, stop + AROUND_S)
+    dense(log, start - AROUND_S, stop + AROUND_S)
+        && dense(reference, start - AROUND_S, start + AROUND_S)
+        && dense(reference, stop - AROUND_S, stop + AROUND_S)
 }
 
 /// Slope at t₀ of the least-squares parabola through the reference positions within ±0.1 s, Earth axes.
@@ -206,7 +249,9 @@ fn velocity_at(data: &PathData, trajectory: &Trajectory, t0: f64) -> Option<[f64
     }
     // Normal equations of c0 + c1 x + c2 x², Cramer's rule for c1.
     let det = |m: [[f64; 3]; 3]| {
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
     };
     let normal = [[s[0], s[1], s[2]], [s[1], s[2], s[3]], [s[2], s[3], s[4]]];
     let whole = det(normal);
@@ -221,7 +266,14 @@ fn velocity_at(data: &PathData, trajectory: &Trajectory, t0: f64) -> Option<[f64
     })
 }
 
-fn integrate(earth: Earth, samples: &[Sample], start: f64, stop: f64, initial: State, corrected: bool) -> State {
+fn integrate(
+    earth: Earth,
+    samples: &[Sample],
+    start: f64,
+    stop: f64,
+    initial: State,
+    corrected: bool,
+) -> State {
     let mut nav = Strapdown::<1>::new(earth, Sculling::Five, Vertical::Free, [initial]);
     let mut at = start;
     let first = samples.partition_point(|s| s.time_s <= start + 1e-9);
@@ -241,25 +293,55 @@ fn integrate(earth: Earth, samples: &[Sample], start: f64, stop: f64, initial: S
 }
 
 /// Mean square of the 3-D error over one start by the covariance.
-fn predict(request: &RecordingRequest<'_>, sensor: &sagnac_nav::sensor::SensorErrors, whole: &Trajectory, data: &PathData, start: f64, horizon: f64, dt: f64) -> Result<f64, Error> {
+fn predict(
+    request: &RecordingRequest<'_>,
+    sensor: &sagnac_nav::sensor::SensorErrors,
+    whole: &Trajectory,
+    data: &PathData,
+    start: f64,
+    horizon: f64,
+    dt: f64,
+) -> Result<f64, Error> {
     // The same path from the start on, as points of the spline.
     let first = data.time_s[0];
-    let begin = data.time_s.partition_point(|t| *t < start).saturating_sub(1);
+    let begin = data
+        .time_s
+        .partition_point(|t| *t < start)
+        .saturating_sub(1);
     let end = (data.time_s.partition_point(|t| *t <= start + horizon) + 1).min(data.time_s.len());
     let mut times = vec![start];
-    times.extend(data.time_s[begin..end].iter().copied().filter(|t| *t > start + 1e-6 && *t < start + horizon - 1e-6));
+    times.extend(
+        data.time_s[begin..end]
+            .iter()
+            .copied()
+            .filter(|t| *t > start + 1e-6 && *t < start + horizon - 1e-6),
+    );
     times.push(start + horizon);
     let motions: Vec<_> = times.iter().map(|t| whole.motion(t - first)).collect();
     let piece = PathData {
         time_s: times,
-        position: PathPosition::Geodetic(motions.iter().map(|m| [m.latitude_rad, m.longitude_rad, m.height_m]).collect()),
+        position: PathPosition::Geodetic(
+            motions
+                .iter()
+                .map(|m| [m.latitude_rad, m.longitude_rad, m.height_m])
+                .collect(),
+        ),
         attitude: PathAttitude::Quaternion(motions.iter().map(|m| m.quaternion).collect()),
     };
     let trajectory = Trajectory::from_path("reference", request.earth, &request.start, &piece)?;
-    let setting = Setting { duration_s: horizon, dt_s: dt.min(horizon), vertical: Vertical::Free, alignment: Alignment::Perfect, calibration: Calibration::Model };
+    let setting = Setting {
+        duration_s: horizon,
+        dt_s: dt.min(horizon),
+        vertical: Vertical::Free,
+        alignment: Alignment::Perfect,
+        calibration: Calibration::Model,
+    };
     let reference = request.model.reference_temperature_c();
     let found = Scene::new(&trajectory, setting, &|_| reference)?.covariance(sensor)?;
-    Ok(found.total.last().map_or(0.0, |s| s.variance[..3].iter().sum()))
+    Ok(found
+        .total
+        .last()
+        .map_or(0.0, |s| s.variance[..3].iter().sum()))
 }
 
 impl RecordingOutcome {
@@ -278,7 +360,9 @@ impl RecordingOutcome {
     /// The result as people read it.
     pub fn document(&self) -> Document {
         let mut doc = Document::new();
-        let best = (0..self.horizon_s.len()).rev().find(|&h| self.starts[h] > 0);
+        let best = (0..self.horizon_s.len())
+            .rev()
+            .find(|&h| self.starts[h] > 0);
         match best {
             Some(h) => {
                 let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| significant(x, 3));
@@ -292,11 +376,28 @@ impl RecordingOutcome {
                 ));
             }
             None => {
-                doc.paragraph("No start counts: log and reference have gaps near every one of them.");
+                doc.paragraph(
+                    "No start counts: log and reference have gaps near every one of them.",
+                );
             }
         }
         doc.blank();
-        let mut table = Table::new(&["time", "starts", "recorded, m", "corrected, m", "predicted, m"], &[Align::Right, Align::Right, Align::Point, Align::Point, Align::Point]);
+        let mut table = Table::new(
+            &[
+                "time",
+                "starts",
+                "recorded, m",
+                "corrected, m",
+                "predicted, m",
+            ],
+            &[
+                Align::Right,
+                Align::Right,
+                Align::Point,
+                Align::Point,
+                Align::Point,
+            ],
+        );
         for h in 0..self.horizon_s.len() {
             let cell = |x: Option<f64>| Cell::from(x.map_or("-".to_owned(), |x| significant(x, 3)));
             table.row([

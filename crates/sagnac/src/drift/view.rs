@@ -2,7 +2,9 @@
 
 use sagnac_report::html::{BudgetRow, DriftPage, HtmlCell, HtmlTable, Opening, Rich};
 use sagnac_report::plots::{DriftCloud, DriftGrowth, DriftShare};
-use sagnac_report::text::{Align, Cell, Document, Style, Table, duration, general, percent, significant};
+use sagnac_report::text::{
+    Align, Cell, Document, Style, Table, duration, general, percent, significant,
+};
 
 use super::{Curve, DriftOutcome, calibration_key};
 use sagnac_nav::drift::Alignment;
@@ -10,7 +12,11 @@ use sagnac_nav::strapdown::Vertical;
 
 /// A unit for lengths of this size: (name, metres).
 pub(crate) fn length_unit(largest_m: f64) -> (&'static str, f64) {
-    if largest_m >= 20_000.0 { ("km", 1000.0) } else { ("m", 1.0) }
+    if largest_m >= 20_000.0 {
+        ("km", 1000.0)
+    } else {
+        ("m", 1.0)
+    }
 }
 
 /// A length for a sentence: three digits, m or km.
@@ -55,7 +61,11 @@ impl DriftOutcome {
 
     /// The largest term in a clause.
     fn largest(&self) -> Option<(String, f64)> {
-        self.covariance.terms().first().filter(|(_, s, _)| *s > 0.0).map(|(t, s, _)| (term_words(t), *s))
+        self.covariance
+            .terms()
+            .first()
+            .filter(|(_, s, _)| *s > 0.0)
+            .map(|(t, s, _)| (term_words(t), *s))
     }
 
     /// The answer in one or two sentences.
@@ -63,7 +73,11 @@ impl DriftOutcome {
         let (cep, r95) = (self.cep(), self.r95());
         let (c, r) = (cep.value[59], r95.value[59]);
         let time = duration(self.setting.duration_s);
-        let who = if self.monte_carlo.is_some() { "runs" } else { "sensors" };
+        let who = if self.monte_carlo.is_some() {
+            "runs"
+        } else {
+            "sensors"
+        };
         let interval = |curve: &Curve, value: f64| {
             if self.monte_carlo.is_some() {
                 let (_, factor) = length_unit(value);
@@ -75,7 +89,13 @@ impl DriftOutcome {
         let mut out = if c == 0.0 && r == 0.0 {
             format!("After {time} there is no error: the model holds nothing that drifts.")
         } else {
-            format!("After {time} half of all {who} are off by more than {}{}, one in twenty by more than {}{}.", length(c), interval(&cep, c), length(r), interval(&r95, r))
+            format!(
+                "After {time} half of all {who} are off by more than {}{}, one in twenty by more than {}{}.",
+                length(c),
+                interval(&cep, c),
+                length(r),
+                interval(&r95, r)
+            )
         };
         if let Some((term, share)) = self.largest() {
             out.push_str(&format!(" {term} makes {} of it.", percent_whole(share)));
@@ -91,15 +111,39 @@ impl DriftOutcome {
         let (unit, factor) = length_unit(r95.value[59]);
         let sampled = self.monte_carlo.is_some();
         let headings: Vec<String> = if sampled {
-            vec!["time".into(), format!("CEP, {unit}"), "95 %".into(), format!("R95, {unit}"), "95 %".into()]
+            vec![
+                "time".into(),
+                format!("CEP, {unit}"),
+                "95 %".into(),
+                format!("R95, {unit}"),
+                "95 %".into(),
+            ]
         } else {
-            vec!["time".into(), format!("CEP, {unit}"), format!("R95, {unit}"), format!("RMS, {unit}"), "heading, deg".into()]
+            vec![
+                "time".into(),
+                format!("CEP, {unit}"),
+                format!("R95, {unit}"),
+                format!("RMS, {unit}"),
+                "heading, deg".into(),
+            ]
         };
         let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
         let aligns = if sampled {
-            [Align::Right, Align::Point, Align::Left, Align::Point, Align::Left]
+            [
+                Align::Right,
+                Align::Point,
+                Align::Left,
+                Align::Point,
+                Align::Left,
+            ]
         } else {
-            [Align::Right, Align::Point, Align::Point, Align::Point, Align::Point]
+            [
+                Align::Right,
+                Align::Point,
+                Align::Point,
+                Align::Point,
+                Align::Point,
+            ]
         };
         let mut table = Table::new(&headings, &aligns);
         let rms = self.rms();
@@ -116,41 +160,77 @@ impl DriftOutcome {
                     Cell::from(self.interval_text(r95.interval[i], factor)),
                 ]);
             } else {
-                table.row([Cell::from(time), number(cep.value[i]), number(r95.value[i]), number(rms.value[i]), Cell::from(significant(heading[i].to_degrees(), 2))]);
+                table.row([
+                    Cell::from(time),
+                    number(cep.value[i]),
+                    number(r95.value[i]),
+                    number(rms.value[i]),
+                    Cell::from(significant(heading[i].to_degrees(), 2)),
+                ]);
             }
         }
         doc.table(table).blank();
         let rows = self.budget_rows();
         let whole = self.covariance.end().radius_m(0.5);
         if !rows.is_empty() {
-            let mut budget = Table::new(&["term", "share", "alone", "if halved"], &[Align::Left, Align::Right, Align::Right, Align::Right]);
+            let mut budget = Table::new(
+                &["term", "share", "alone", "if halved"],
+                &[Align::Left, Align::Right, Align::Right, Align::Right],
+            );
             let shown = rows.iter().filter(|r| r.share >= 1e-3).count().clamp(1, 8);
             for r in rows.iter().take(shown) {
-                budget.row([Cell::from(r.term.clone()), Cell::from(r.share_text()), Cell::from(length(r.alone_m)), Cell::from(length(r.halved_m))]);
+                budget.row([
+                    Cell::from(r.term.clone()),
+                    Cell::from(r.share_text()),
+                    Cell::from(length(r.alone_m)),
+                    Cell::from(length(r.halved_m)),
+                ]);
             }
             let rest = &rows[shown.min(rows.len())..];
             if !rest.is_empty() {
                 let share: f64 = rest.iter().map(|r| r.share).sum();
-                let alone = rest.iter().map(|r| r.alone_m * r.alone_m).sum::<f64>().sqrt();
-                budget.row([Cell::from(format!("others ({})", rest.len())), Cell::from(percent(share)), Cell::from(length(alone)), Cell::from(length(whole))]);
+                let alone = rest
+                    .iter()
+                    .map(|r| r.alone_m * r.alone_m)
+                    .sum::<f64>()
+                    .sqrt();
+                budget.row([
+                    Cell::from(format!("others ({})", rest.len())),
+                    Cell::from(percent(share)),
+                    Cell::from(length(alone)),
+                    Cell::from(length(whole)),
+                ]);
             }
             doc.table(budget).blank();
         }
         if let Some(found) = &self.monte_carlo {
             let interval = found.cep(0.0005)[59].interval_m;
-            let agree = interval[0].is_none_or(|l| whole >= l) && interval[1].is_none_or(|u| whole <= u);
+            let agree =
+                interval[0].is_none_or(|l| whole >= l) && interval[1].is_none_or(|u| whole <= u);
             let text = if !self.is_valid() {
-                format!("The covariance gives {}: beyond the linear range, an order of magnitude only.", length(whole))
+                format!(
+                    "The covariance gives {}: beyond the linear range, an order of magnitude only.",
+                    length(whole)
+                )
             } else if agree {
-                format!("The covariance gives {}: the two methods agree.", length(whole))
+                format!(
+                    "The covariance gives {}: the two methods agree.",
+                    length(whole)
+                )
             } else {
-                format!("The covariance gives {}: the two methods do not agree.", length(whole))
+                format!(
+                    "The covariance gives {}: the two methods do not agree.",
+                    length(whole)
+                )
             };
             doc.paragraph(text);
         }
         doc.paragraph(self.conditions());
         if let Some((term, _, factor)) = self.improve_first().first() {
-            doc.line(format!("improve first: {term}. Half of it brings the CEP to {}.", length(whole * factor)));
+            doc.line(format!(
+                "improve first: {term}. Half of it brings the CEP to {}.",
+                length(whole * factor)
+            ));
         }
         doc
     }
@@ -164,8 +244,14 @@ impl DriftOutcome {
     fn conditions(&self) -> String {
         let alignment = match self.setting.alignment {
             Alignment::Perfect => "perfect start attitude".to_owned(),
-            Alignment::SelfAligned => "start attitude from the sensor itself, 600 s at rest".to_owned(),
-            Alignment::Given { roll_rad, pitch_rad, heading_rad } => format!(
+            Alignment::SelfAligned => {
+                "start attitude from the sensor itself, 600 s at rest".to_owned()
+            }
+            Alignment::Given {
+                roll_rad,
+                pitch_rad,
+                heading_rad,
+            } => format!(
                 "start attitude to {}, {}, {} deg (roll, pitch, heading, 1 sigma)",
                 general(roll_rad.to_degrees(), 3),
                 general(pitch_rad.to_degrees(), 3),
@@ -182,7 +268,10 @@ impl DriftOutcome {
             "perfect" => "perfectly calibrated",
             _ => "not corrected",
         };
-        format!("On `{}`: {alignment}, {vertical}, {calibration}.", self.trajectory)
+        format!(
+            "On `{}`: {alignment}, {vertical}, {calibration}.",
+            self.trajectory
+        )
     }
 
     fn budget_rows(&self) -> Vec<TermRow> {
@@ -190,7 +279,12 @@ impl DriftOutcome {
             .terms()
             .into_iter()
             .filter(|(_, share, h)| *share > 0.0 || h.north_north + h.east_east > 0.0)
-            .map(|(term, share, own)| TermRow { halved_m: self.covariance.cep_with_m(&term, 0.5), alone_m: own.radius_m(0.5), share, term })
+            .map(|(term, share, own)| TermRow {
+                halved_m: self.covariance.cep_with_m(&term, 0.5),
+                alone_m: own.radius_m(0.5),
+                share,
+                term,
+            })
             .collect()
     }
 
@@ -203,7 +297,13 @@ impl DriftOutcome {
             if self.monte_carlo.is_none() {
                 return (Vec::new(), Vec::new());
             }
-            let end = |k: usize| c.interval.iter().zip(&c.value).map(|(i, v)| i[k].unwrap_or(*v) / factor).collect();
+            let end = |k: usize| {
+                c.interval
+                    .iter()
+                    .zip(&c.value)
+                    .map(|(i, v)| i[k].unwrap_or(*v) / factor)
+                    .collect()
+            };
             (end(0), end(1))
         };
         let time = duration(self.setting.duration_s);
@@ -215,7 +315,14 @@ impl DriftOutcome {
             cep_interval: ends(&cep),
             r95: scale(&r95.value),
             r95_interval: ends(&r95),
-            covariance: if self.monte_carlo.is_some() { (scale(&self.covariance.cep_m()), scale(&self.covariance.r95_m())) } else { (Vec::new(), Vec::new()) },
+            covariance: if self.monte_carlo.is_some() {
+                (
+                    scale(&self.covariance.cep_m()),
+                    scale(&self.covariance.r95_m()),
+                )
+            } else {
+                (Vec::new(), Vec::new())
+            },
         };
         let cloud = self.monte_carlo.as_ref().map(|m| DriftCloud {
             unit: unit.to_owned(),
@@ -224,18 +331,33 @@ impl DriftOutcome {
             north: m.errors[59].iter().map(|e| e[0] / factor).collect(),
             cep: cep.value[59] / factor,
             r95: r95.value[59] / factor,
-            labels: (format!("CEP {}", length(cep.value[59])), format!("R95 {}", length(r95.value[59]))),
+            labels: (
+                format!("CEP {}", length(cep.value[59])),
+                format!("R95 {}", length(r95.value[59])),
+            ),
         });
-        let mut shares: Vec<(String, Vec<f64>)> = terms.iter().take(5).filter(|(_, s, _)| *s > 0.0).map(|(t, ..)| (term_words(t), self.covariance.shares_in_time(t))).collect();
+        let mut shares: Vec<(String, Vec<f64>)> = terms
+            .iter()
+            .take(5)
+            .filter(|(_, s, _)| *s > 0.0)
+            .map(|(t, ..)| (term_words(t), self.covariance.shares_in_time(t)))
+            .collect();
         if terms.len() > 5 {
-            let rest = (0..60).map(|i| 1.0 - shares.iter().map(|(_, s)| s[i]).sum::<f64>()).map(|s| s.max(0.0)).collect();
+            let rest = (0..60)
+                .map(|i| 1.0 - shares.iter().map(|(_, s)| s[i]).sum::<f64>())
+                .map(|s| s.max(0.0))
+                .collect();
             shares.push(("others".to_owned(), rest));
         }
         let budget = self
             .budget_rows()
             .into_iter()
             .map(|r| BudgetRow {
-                in_model: self.values.iter().find(|(t, _)| *t == r.term).map_or("–".to_owned(), |(_, v)| sagnac_report::html::page_text(v)),
+                in_model: self
+                    .values
+                    .iter()
+                    .find(|(t, _)| *t == r.term)
+                    .map_or("–".to_owned(), |(_, v)| sagnac_report::html::page_text(v)),
                 share: r.share,
                 share_text: r.share_text(),
                 alone: length(r.alone_m),
@@ -252,7 +374,10 @@ impl DriftOutcome {
             },
             growth,
             cloud,
-            share: DriftShare { time_s: self.covariance.time_s.clone(), terms: shares },
+            share: DriftShare {
+                time_s: self.covariance.time_s.clone(),
+                terms: shares,
+            },
             budget_heading: format!("Budget after {time}"),
             budget,
             tables: vec![("Against time".to_owned(), self.time_table())],
@@ -261,26 +386,50 @@ impl DriftOutcome {
 
     fn subtitle(&self) -> String {
         let time = duration(self.setting.duration_s);
-        let how = self.monte_carlo.as_ref().map_or_else(|| "covariance".to_owned(), |_| format!("{} Monte Carlo runs and covariance", self.runs));
+        let how = self.monte_carlo.as_ref().map_or_else(
+            || "covariance".to_owned(),
+            |_| format!("{} Monte Carlo runs and covariance", self.runs),
+        );
         format!("{time} of `{}`; {how}.", self.trajectory)
     }
 
     fn rich_verdict(&self) -> Rich {
         let text = self.verdict();
         let mut out = match text.split_once(", one in") {
-            Some((bold, rest)) => Rich::new().bold(bold.to_owned()).plain(format!(", one in{rest}")),
+            Some((bold, rest)) => Rich::new()
+                .bold(bold.to_owned())
+                .plain(format!(", one in{rest}")),
             None => Rich::new().bold(text),
         };
         if let Some((_, _, factor)) = self.improve_first().first() {
-            out = out.plain(format!(" Half of that term would bring the CEP to {}.", length(self.covariance.end().radius_m(0.5) * factor)));
+            out = out.plain(format!(
+                " Half of that term would bring the CEP to {}.",
+                length(self.covariance.end().radius_m(0.5) * factor)
+            ));
         }
         out
     }
 
     fn time_table(&self) -> HtmlTable {
         let (cep, r95, rms) = (self.cep(), self.r95(), self.rms());
-        let mut table = HtmlTable::new("drift", &["Time", "CEP", "R95", "RMS", "Velocity, RMS", "Tilt, RMS", "Heading, RMS"], &[1, 2, 3, 4, 5, 6]);
-        let of = |i: usize| self.monte_carlo.as_ref().map_or_else(|| self.covariance.rms_of(i), |m| m.rms_of(i));
+        let mut table = HtmlTable::new(
+            "drift",
+            &[
+                "Time",
+                "CEP",
+                "R95",
+                "RMS",
+                "Velocity, RMS",
+                "Tilt, RMS",
+                "Heading, RMS",
+            ],
+            &[1, 2, 3, 4, 5, 6],
+        );
+        let of = |i: usize| {
+            self.monte_carlo
+                .as_ref()
+                .map_or_else(|| self.covariance.rms_of(i), |m| m.rms_of(i))
+        };
         let (vn, ve, tn, te, h) = (of(3), of(4), of(6), of(7), of(8));
         for i in (4..60).step_by(5) {
             table.row(vec![
@@ -289,7 +438,10 @@ impl DriftOutcome {
                 HtmlCell::number(length(r95.value[i])),
                 HtmlCell::number(length(rms.value[i])),
                 HtmlCell::number(format!("{} m/s", significant(vn[i].hypot(ve[i]), 3))),
-                HtmlCell::number(format!("{}°", significant(tn[i].hypot(te[i]).to_degrees(), 2))),
+                HtmlCell::number(format!(
+                    "{}°",
+                    significant(tn[i].hypot(te[i]).to_degrees(), 2)
+                )),
                 HtmlCell::number(format!("{}°", significant(h[i].to_degrees(), 2))),
             ]);
         }
@@ -311,5 +463,9 @@ impl TermRow {
 }
 
 fn percent_whole(share: f64) -> String {
-    if share >= 0.995 { "all".to_owned() } else { format!("{:.0} %", 100.0 * share) }
+    if share >= 0.995 {
+        "all".to_owned()
+    } else {
+        format!("{:.0} %", 100.0 * share)
+    }
 }

@@ -6,33 +6,79 @@
 use sagnac_core::Sensor;
 use sagnac_model::catalogue::{price_class, technology};
 use sagnac_model::{Catalogue, Model};
+use sagnac_report::html::{ChartPage, Opening, Rich};
 use sagnac_report::plots::{Color, Marker, Region, ScatterChart, ScatterPoint};
 use sagnac_report::text::Unit;
 
-use super::{Bias, bias_of, chosen};
+use super::{Bias, GradeOutcome, bias_of, chosen};
 use crate::Error;
 
 type Area = (&'static str, &'static str, (f64, f64), (f64, f64));
 
 /// (name, uses, scale factor ppm, gyro bias °/h).
 const GYRO: [Area; 5] = [
-    ("Strategic, marine", "submarines, years of navigation", (0.5, 5.0), (1e-4, 1e-3)),
-    ("Navigation", "aircraft, ships, mapping", (5.0, 40.0), (1e-3, 0.1)),
-    ("Tactical", "guided flight, mapping with GNSS, AHRS", (100.0, 1500.0), (0.1, 30.0)),
-    ("Industrial", "drones, robots", (1000.0, 5000.0), (10.0, 1000.0)),
-    ("Consumer", "phones, games, cars", (5000.0, 40_000.0), (100.0, 30_000.0)),
+    (
+        "Strategic, marine",
+        "submarines, years of navigation",
+        (0.5, 5.0),
+        (1e-4, 1e-3),
+    ),
+    (
+        "Navigation",
+        "aircraft, ships, mapping",
+        (5.0, 40.0),
+        (1e-3, 0.1),
+    ),
+    (
+        "Tactical",
+        "guided flight, mapping with GNSS, AHRS",
+        (100.0, 1500.0),
+        (0.1, 30.0),
+    ),
+    (
+        "Industrial",
+        "drones, robots",
+        (1000.0, 5000.0),
+        (10.0, 1000.0),
+    ),
+    (
+        "Consumer",
+        "phones, games, cars",
+        (5000.0, 40_000.0),
+        (100.0, 30_000.0),
+    ),
 ];
 
 /// (name, uses, scale factor ppm, accelerometer bias µg).
 const ACCEL: [Area; 4] = [
-    ("Strategic, marine", "submarines, gravimetry", (0.5, 5.0), (0.1, 10.0)),
-    ("Navigation", "aircraft, ships, mapping", (5.0, 120.0), (10.0, 100.0)),
-    ("Tactical", "guided flight, AHRS", (200.0, 5000.0), (300.0, 5000.0)),
-    ("Consumer", "phones, airbags, steps", (5000.0, 40_000.0), (3000.0, 100_000.0)),
+    (
+        "Strategic, marine",
+        "submarines, gravimetry",
+        (0.5, 5.0),
+        (0.1, 10.0),
+    ),
+    (
+        "Navigation",
+        "aircraft, ships, mapping",
+        (5.0, 120.0),
+        (10.0, 100.0),
+    ),
+    (
+        "Tactical",
+        "guided flight, AHRS",
+        (200.0, 5000.0),
+        (300.0, 5000.0),
+    ),
+    (
+        "Consumer",
+        "phones, airbags, steps",
+        (5000.0, 40_000.0),
+        (3000.0, 100_000.0),
+    ),
 ];
 
 /// Where the regions come from, for the caption.
-pub(crate) const REGION_SOURCES: &str = "bias from Groves (2013) and El-Sheimy and Youssef (2020), scale factor from what calibrated products of each class leave behind; the strategic column has no published scale factor and is drawn by judgement.";
+const REGION_SOURCES: &str = "bias from Groves (2013) and El-Sheimy and Youssef (2020), scale factor from what calibrated products of each class leave behind; the strategic column has no published scale factor and is drawn by judgement.";
 
 fn color(model: &Model) -> Color {
     let name = technology(model).unwrap_or_default().to_ascii_uppercase();
@@ -69,9 +115,17 @@ fn point(model: &Model, sensor: Sensor, mine: bool, bias: Option<Bias>) -> Optio
             .map(|v| (Bias::RunToRun, v))
             .or_else(|| bias_of(model, sensor, Bias::InRun).map(|v| (Bias::InRun, v)))?
     };
-    let unit = if sensor == Sensor::Gyro { Unit::DEG_PER_H } else { Unit::MICRO_G };
+    let unit = if sensor == Sensor::Gyro {
+        Unit::DEG_PER_H
+    } else {
+        Unit::MICRO_G
+    };
     Some(ScatterPoint {
-        name: if mine { "yours".to_owned() } else { model.name().to_owned() },
+        name: if mine {
+            "yours".to_owned()
+        } else {
+            model.name().to_owned()
+        },
         x: scale_factor(model, sensor)? * 1e6,
         y: unit.from_si(value),
         color: if mine { Color::Ink } else { color(model) },
@@ -88,10 +142,18 @@ fn point(model: &Model, sensor: Sensor, mine: bool, bias: Option<Bias>) -> Optio
 ///
 /// # Errors
 /// A model of the catalogue that cannot be read.
-pub fn area_charts(catalogue: &Catalogue, mine: &[Model], bias: Option<Bias>) -> Result<[ScatterChart; 2], Error> {
+pub fn area_charts(
+    catalogue: &Catalogue,
+    mine: &[Model],
+    bias: Option<Bias>,
+) -> Result<[ScatterChart; 2], Error> {
     let models = catalogue.models()?;
     Ok(Sensor::ALL.map(|sensor| {
-        let areas: &[Area] = if sensor == Sensor::Gyro { &GYRO } else { &ACCEL };
+        let areas: &[Area] = if sensor == Sensor::Gyro {
+            &GYRO
+        } else {
+            &ACCEL
+        };
         let mut points: Vec<ScatterPoint> = models
             .iter()
             .filter(|m| !mine.iter().any(|own| own.name() == m.name()))
@@ -108,13 +170,31 @@ pub fn area_charts(catalogue: &Catalogue, mine: &[Model], bias: Option<Bias>) ->
         ScatterChart {
             plot: "application-area".to_owned(),
             axis: sensor.key().to_owned(),
-            caption: if sensor == Sensor::Gyro { "Gyro" } else { "Accelerometer" }.to_owned(),
+            caption: if sensor == Sensor::Gyro {
+                "Gyro"
+            } else {
+                "Accelerometer"
+            }
+            .to_owned(),
             caption_rest: String::new(),
             x_title: "scale-factor stability, ppm".to_owned(),
-            y_title: if sensor == Sensor::Gyro { "bias stability, °/h" } else { "bias stability, µg" }.to_owned(),
+            y_title: if sensor == Sensor::Gyro {
+                "bias stability, °/h"
+            } else {
+                "bias stability, µg"
+            }
+            .to_owned(),
             plain_x: false,
             points,
-            regions: areas.iter().map(|(name, uses, x, y)| Region { name: (*name).to_owned(), uses: (*uses).to_owned(), x: *x, y: *y }).collect(),
+            regions: areas
+                .iter()
+                .map(|(name, uses, x, y)| Region {
+                    name: (*name).to_owned(),
+                    uses: (*uses).to_owned(),
+                    x: *x,
+                    y: *y,
+                })
+                .collect(),
         }
     }))
 }
@@ -126,14 +206,28 @@ pub fn area_charts(catalogue: &Catalogue, mine: &[Model], bias: Option<Bias>) ->
 pub fn cost_chart(catalogue: &Catalogue) -> Result<ScatterChart, Error> {
     let mut points = Vec::new();
     for model in catalogue.models()? {
-        let Some(price) = price_class(&model).filter(|p| p.evidence != "estimated from gyro bias") else { continue };
+        let Some(price) = price_class(&model).filter(|p| p.evidence != "estimated from gyro bias")
+        else {
+            continue;
+        };
         let (low, high) = class_range(price.class);
         let in_run = bias_of(&model, Sensor::Gyro, Bias::InRun).map(|v| (v, Marker::Filled));
         let run = bias_of(&model, Sensor::Gyro, Bias::RunToRun).map(|v| (v, Marker::Open));
-        let tolerance = || (0..3).filter_map(|a| model.under(Sensor::Gyro, "bias", a)?.sigma).max_by(f64::total_cmp).map(|v| (v, Marker::Triangle));
-        let Some((bias, marker)) = in_run.or(run).or_else(tolerance) else { continue };
+        let tolerance = || {
+            (0..3)
+                .filter_map(|a| model.under(Sensor::Gyro, "bias", a)?.sigma)
+                .max_by(f64::total_cmp)
+                .map(|v| (v, Marker::Triangle))
+        };
+        let Some((bias, marker)) = in_run.or(run).or_else(tolerance) else {
+            continue;
+        };
         points.push(ScatterPoint {
-            name: format!("{} {}", model.name(), sagnac_model::catalogue::quality(&model).unwrap_or_default()),
+            name: format!(
+                "{} {}",
+                model.name(),
+                sagnac_model::catalogue::quality(&model).unwrap_or_default()
+            ),
             x: (low * high).sqrt(),
             y: Unit::DEG_PER_H.from_si(bias),
             color: color(&model),
@@ -141,7 +235,12 @@ pub fn cost_chart(catalogue: &Catalogue) -> Result<ScatterChart, Error> {
             x_range: Some((low, high)),
         });
     }
-    let region = |name: &str, x, y| Region { name: name.to_owned(), uses: String::new(), x, y };
+    let region = |name: &str, x, y| Region {
+        name: name.to_owned(),
+        uses: String::new(),
+        x,
+        y,
+    };
     Ok(ScatterChart {
         plot: "cost-performance".to_owned(),
         axis: String::new(),
@@ -168,5 +267,44 @@ fn class_range(class: &str) -> (f64, f64) {
         "1000-10000" => (1e3, 1e4),
         "10000-100000" => (1e4, 1e5),
         _ => (1e5, 1e6),
+    }
+}
+
+/// The page of `grade`.
+pub fn grade_page(
+    outcomes: &[GradeOutcome],
+    charts: [ScatterChart; 2],
+    command: &str,
+    version: &str,
+) -> ChartPage {
+    let verdict = outcomes
+        .first()
+        .map_or_else(Rich::new, |o| Rich::new().bold(o.verdict()));
+    let name = match outcomes {
+        [one] => format!("{}: where does it belong?", one.sensor),
+        _ => "Where do these sensors belong?".to_owned(),
+    };
+    let counts: Vec<usize> = charts.iter().map(|c| c.points.len()).collect();
+    ChartPage {
+        opening: Opening {
+            name,
+            subtitle: format!(
+                "Bias stability against scale-factor stability; {} gyros and {} accelerometers that publish both",
+                counts[0], counts[1]
+            ),
+            verdict,
+            version: version.to_owned(),
+            command: command.to_owned(),
+            limits: outcomes
+                .iter()
+                .flat_map(|o| o.reasons.iter())
+                .map(|r| Rich::new().plain(r.clone()))
+                .collect(),
+            ..Opening::default()
+        },
+        task: "grade".to_owned(),
+        charts: charts.into_iter().collect(),
+        key: ChartPage::area_key(REGION_SOURCES),
+        tables: Vec::new(),
     }
 }

@@ -93,14 +93,33 @@ impl GradeTable {
                 Below(v) => Below(v * k),
                 Blank => Blank,
             };
-            Row { name, bias: [scale(gyro, DEG_H), scale(accel, UG)], position }
+            Row {
+                name,
+                bias: [scale(gyro, DEG_H), scale(accel, UG)],
+                position,
+            }
         };
         let nmi = |n: f64| AtMost(n * NMI_M);
         match self {
             Self::Lecture => vec![
-                row("strategic", Below(0.005), Below(30.0), Some((24.0, nmi(1.0)))),
-                row("navigation", AtMost(0.01), AtMost(50.0), Some((1.0, nmi(1.0)))),
-                row("tactical", AtMost(1.0), AtMost(1000.0), Some((1.0, nmi(100.0)))),
+                row(
+                    "strategic",
+                    Below(0.005),
+                    Below(30.0),
+                    Some((24.0, nmi(1.0))),
+                ),
+                row(
+                    "navigation",
+                    AtMost(0.01),
+                    AtMost(50.0),
+                    Some((1.0, nmi(1.0))),
+                ),
+                row(
+                    "tactical",
+                    AtMost(1.0),
+                    AtMost(1000.0),
+                    Some((1.0, nmi(100.0))),
+                ),
                 row("ahrs", AtMost(10.0), AtMost(1000.0), None),
                 row("control_system", AtMost(1000.0), AtMost(10_000.0), None),
             ],
@@ -112,9 +131,24 @@ impl GradeTable {
                 row("consumer", Blank, Blank, None),
             ],
             Self::ElSheimy => vec![
-                row("strategic", AtMost(0.001), AtMost(1.0), Some((1.0, AtMost(100.0)))),
-                row("navigation", Below(0.01), Below(100.0), Some((1.0, nmi(1.0)))),
-                row("tactical", AtMost(10.0), AtMost(5000.0), Some((1.0, nmi(20.0)))),
+                row(
+                    "strategic",
+                    AtMost(0.001),
+                    AtMost(1.0),
+                    Some((1.0, AtMost(100.0))),
+                ),
+                row(
+                    "navigation",
+                    Below(0.01),
+                    Below(100.0),
+                    Some((1.0, nmi(1.0))),
+                ),
+                row(
+                    "tactical",
+                    AtMost(10.0),
+                    AtMost(5000.0),
+                    Some((1.0, nmi(20.0))),
+                ),
                 row("commercial", AtMost(360.0), Blank, Some((1.0, Blank))),
             ],
         }

@@ -1,0 +1,301 @@
+//! The options of a motion, shared by `drift`, `strapdown` and `budget`: trajectory, start, alignment, temperature.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use clap::ValueEnum;
+use sagnac::Error;
+use sagnac::drift::TemperatureOf;
+use sagnac::log::{Log, ReadOptions};
+use sagnac::model::units::Dimension;
+use sagnac::nav::drift::Alignment;
+use sagnac::nav::sensor::Calibration;
+use sagnac::nav::trajectory::NAMES;
+use sagnac::nav::{Earth, Start, Trajectory, strapdown};
+
+use crate::inputs;
+use crate::quantities::{optional, positive, quantity};
+
+/// Where it starts.
+#[derive(clap::Args, Clone, Default)]
+#[command(next_help_heading = "The start")]
+pub(crate) struct StartOptions {
+    /// Latitude [default: 45deg]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    latitude: Option<String>,
+    /// Longitude [default: 0deg]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    longitude: Option<String>,
+    /// Height [default: 0m]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    height: Option<String>,
+    /// Heading [default: 0deg]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    heading: Option<String>,
+    /// Roll, at rest only [default: 0deg]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    roll: Option<String>,
+    /// Pitch, at rest only [default: 0deg]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    pitch: Option<String>,
+    /// The rotating ellipsoid, or a sphere that stands still
+    #[arg(long, value_enum, default_value_t = EarthOption::Wgs84, value_name = "wgs84|sphere", hide_possible_values = true)]
+    earth: EarthOption,
+}
+
+/// `--earth`.
+#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum EarthOption {
+    /// WGS 84.
+    #[default]
+    Wgs84,
+    /// A sphere at rest.
+    Sphere,
+}
+
+impl StartOptions {
+    /// The start.
+    pub(crate) fn start(&self) -> Result<Start, Error> {
+        let base = Start::default();
+        let get = |option: &str, text: &Option<String>, dimension, default: f64| {
+            Ok::<f64, Error>(optional(option, text.as_deref(), dimension)?.unwrap_or(default))
+        };
+        Ok(Start {
+            latitude_rad: get(
+                "--latitude",
+                &self.latitude,
+                Dimension::ANGLE,
+                base.latitude_rad,
+            )?,
+            longitude_rad: get("--longitude", &self.longitude, Dimension::ANGLE, 0.0)?,
+            height_m: get("--height", &self.height, Dimension::LENGTH, 0.0)?,
+            heading_rad: get("--heading", &self.heading, Dimension::ANGLE, 0.0)?,
+            roll_rad: get("--roll", &self.roll, Dimension::ANGLE, 0.0)?,
+            pitch_rad: get("--pitch", &self.pitch, Dimension::ANGLE, 0.0)?,
+        })
+    }
+
+    /// The Earth.
+    pub(crate) fn earth(&self) -> Earth {
+        match self.earth {
+            EarthOption::Wgs84 => Earth::Wgs84,
+            EarthOption::Sphere => Earth::Sphere,
+        }
+    }
+}
+
+/// How a file of way-points or a reference is read.
+#[derive(clap::Args, Clone, Default)]
+#[command(next_help_heading = "Reading a path or reference")]
+pub(crate) struct ReferenceOptions {
+    /// What its columns are: 'position=opt_pos:m, quaternion=opt_quat'
+    #[arg(long, value_name = "LIST")]
+    reference_columns: Option<String>,
+    /// Its rate, where it has no time
+    #[arg(long, value_name = "RATE")]
+    reference_rate: Option<String>,
+}
+
+impl ReferenceOptions {
+    /// Reads it.
+    pub(crate) fn read(&self, path: &Path) -> Result<Log, Error> {
+        let rate_hz = self
+            .reference_rate
+            .as_deref()
+            .map(|text| positive("--reference-rate", text, Dimension::FREQUENCY))
+            .transpose()?;
+        let options = ReadOptions {
+            columns: self.reference_columns.clone(),
+            rate_hz,
+            threads: rayon::current_num_threads(),
+            ..ReadOptions::default()
+        };
+        let (source, _) = inputs::source(path)?;
+        Ok(sagnac::log::read(source, &options)?)
+    }
+}
+
+/// A named trajectory, or a file.
+pub(crate) fn trajectory(
+    name: &str,
+    start: &StartOptions,
+    reference: &ReferenceOptions,
+) -> Result<Trajectory, Error> {
+    let at = start.start()?;
+    if NAMES.contains(&name) || !Path::new(name).exists() {
+        return Trajectory::named(name, start.earth(), &at)
+            .map_err(|e| Error::from(e).at(format!("--trajectory {name}")));
+    }
+    let log = reference.read(Path::new(name))?;
+    let data = sagnac::motion::path(&log, name)?;
+    Trajectory::from_path(name, start.earth(), &at, &data)
+        .map_err(|e| Error::from(e).at(name.to_owned()))
+}
+
+/// `--vertical`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Vertical {
+    /// Height and down velocity are the truth's.
+    Fixed,
+    /// Nothing holds it.
+    Free,
+    /// A barometric loop.
+    Baro,
+}
+
+impl From<Vertical> for strapdown::Vertical {
+    fn from(v: Vertical) -> Self {
+        match v {
+            Vertical::Fixed => Self::Fixed,
+            Vertical::Free => Self::Free,
+            Vertical::Baro => Self::Baro,
+        }
+    }
+}
+
+/// `--sculling`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sculling {
+    /// Two samples.
+    Two,
+    /// Five samples.
+    Five,
+}
+
+impl From<Sculling> for strapdown::Sculling {
+    fn from(s: Sculling) -> Self {
+        match s {
+            Sculling::Two => Self::Two,
+            Sculling::Five => Self::Five,
+        }
+    }
+}
+
+/// `--calibration`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CalibrationOption {
+    /// The model corrects.
+    Model,
+    /// Without its uncertainty.
+    Perfect,
+    /// Nothing corrects.
+    None,
+}
+
+/// What `drift` and `budget` share.
+#[derive(clap::Args, Clone)]
+#[command(next_help_heading = "The run")]
+pub(crate) struct RunOptions {
+    /// A name (rest, turn, coning, figure-eight, drive, flight, walking, rocket), or a file
+    #[arg(
+        long,
+        value_name = "NAME|F",
+        default_value = "rest",
+        hide_default_value = true
+    )]
+    pub(crate) trajectory: String,
+    /// Start attitude: perfect, self, or 'roll=0.1deg, pitch=0.1deg, heading=1deg'
+    #[arg(long, value_name = "HOW", default_value = "perfect")]
+    alignment: String,
+    /// What is taken out before
+    #[arg(long, value_enum, default_value_t = CalibrationOption::Model, value_name = "model|perfect|none", hide_possible_values = true)]
+    calibration: CalibrationOption,
+    /// What holds the height
+    #[arg(long, value_enum, default_value_t = Vertical::Fixed, value_name = "fixed|free|baro", hide_possible_values = true)]
+    pub(crate) vertical: Vertical,
+    /// Samples in the coning and sculling terms
+    #[arg(long, value_enum, default_value_t = Sculling::Five, value_name = "two|five", hide_possible_values = true)]
+    pub(crate) sculling: Sculling,
+    /// '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h'
+    #[arg(long, value_name = "PROFILE", allow_hyphen_values = true)]
+    temperature: Option<String>,
+    #[command(flatten)]
+    pub(crate) start: StartOptions,
+    #[command(flatten)]
+    pub(crate) reference: ReferenceOptions,
+}
+
+impl RunOptions {
+    /// The motion.
+    pub(crate) fn trajectory(&self) -> Result<Trajectory, Error> {
+        trajectory(&self.trajectory, &self.start, &self.reference)
+    }
+
+    /// What is corrected.
+    pub(crate) fn calibration(&self) -> Calibration {
+        match self.calibration {
+            CalibrationOption::Model => Calibration::Model,
+            CalibrationOption::Perfect => Calibration::Perfect,
+            CalibrationOption::None => Calibration::None,
+        }
+    }
+
+    /// The start attitude.
+    pub(crate) fn alignment(&self) -> Result<Alignment, Error> {
+        match self.alignment.as_str() {
+            "perfect" => return Ok(Alignment::Perfect),
+            "self" => return Ok(Alignment::SelfAligned),
+            _ => {}
+        }
+        let mut angles = [0.0; 3];
+        for part in self.alignment.split(',') {
+            let wrong = || {
+                Error::usage(format!("\"{}\" is no alignment", part.trim()))
+                    .at(format!("--alignment {}", self.alignment))
+                    .advise("write perfect, self, or 'roll=0.1deg, pitch=0.1deg, heading=1deg'")
+            };
+            let (name, value) = part.split_once('=').ok_or_else(wrong)?;
+            let place = ["roll", "pitch", "heading"]
+                .iter()
+                .position(|n| *n == name.trim())
+                .ok_or_else(wrong)?;
+            angles[place] = quantity("--alignment", value.trim(), Dimension::ANGLE)?;
+            if angles[place] < 0.0 {
+                return Err(wrong());
+            }
+        }
+        let [roll_rad, pitch_rad, heading_rad] = angles;
+        Ok(Alignment::Given {
+            roll_rad,
+            pitch_rad,
+            heading_rad,
+        })
+    }
+
+    /// T(t) of a run of this length.
+    pub(crate) fn temperature(&self, duration_s: f64) -> Result<Option<TemperatureOf>, Error> {
+        let Some(text) = self.temperature.as_deref() else {
+            return Ok(None);
+        };
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let value = |number: &str, unit: &str| {
+            quantity(
+                "--temperature",
+                &format!("{number} {unit}"),
+                Dimension::TEMPERATURE,
+            )
+        };
+        let (a, b, period) = match words.as_slice() {
+            ["ramp", a, ua, b, ub] => (value(a, ua)?, value(b, ub)?, None),
+            ["cycle", a, ua, b, ub, p, up] => (
+                value(a, ua)?,
+                value(b, ub)?,
+                Some(positive(
+                    "--temperature",
+                    &format!("{p} {up}"),
+                    Dimension::TIME,
+                )?),
+            ),
+            _ => {
+                let t = quantity("--temperature", text, Dimension::TEMPERATURE)?;
+                return Ok(Some(Arc::new(move |_| t)));
+            }
+        };
+        Ok(Some(match period {
+            None => Arc::new(move |t| a + (b - a) * (t / duration_s).clamp(0.0, 1.0)),
+            Some(p) => Arc::new(move |t| {
+                a + 0.5 * (b - a) * (1.0 - (2.0 * std::f64::consts::PI * t / p).cos())
+            }),
+        }))
+    }
+}
