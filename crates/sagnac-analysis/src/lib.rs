@@ -8,6 +8,7 @@ pub mod fit;
 pub mod noise_type;
 pub mod plan;
 pub mod spectrum;
+pub mod streaming;
 pub mod tau_grid;
 
 pub use confidence::{Interval, chi_squared_interval};
@@ -15,4 +16,5 @@ pub use deviation::dynamic::{Window, dynamic};
 pub use deviation::{Curve, Deviation, Estimate, deviations};
 pub use error::Error;
 pub use spectrum::{Density, welch};
+pub use streaming::DeviationStream;
 pub use tau_grid::TauGrid;

@@ -25,13 +25,7 @@ pub(crate) fn sums_of_squares(phase: &[f64], factors: &[usize]) -> Vec<f64> {
             let mut first = chunk * CHUNK;
             let end = (first + CHUNK).min(starts(least));
             while first < end {
-                for (&m, sum) in factors.iter().zip(&mut sums) {
-                    let last = (first + TILE).min(end).min(starts(m));
-                    if first >= last {
-                        break;
-                    }
-                    *sum += third_differences(phase, first, last - first, m);
-                }
+                tile(phase, first, TILE.min(end - first), factors, &mut sums);
                 first += TILE;
             }
             sums
@@ -44,4 +38,15 @@ pub(crate) fn sums_of_squares(phase: &[f64], factors: &[usize]) -> Vec<f64> {
         }
     }
     sums
+}
+
+/// Adds the starts first…first + count − 1 to the sums.
+pub(crate) fn tile(phase: &[f64], first: usize, count: usize, factors: &[usize], sums: &mut [f64]) {
+    for (&m, sum) in factors.iter().zip(sums) {
+        let last = (first + count).min(phase.len().saturating_sub(3 * m));
+        if first >= last {
+            break;
+        }
+        *sum += third_differences(phase, first, last - first, m);
+    }
 }

@@ -64,9 +64,19 @@ fn fold(lanes: [f64; 8]) -> f64 {
 /// # Panics
 /// Where j − m or j + m leaves the phase (a mistake of the caller).
 pub(crate) fn second_differences(phase: &[f64], start: usize, count: usize, m: usize) -> f64 {
-    let left = &phase[start - m..][..count];
-    let center = &phase[start..][..count];
-    let right = &phase[start + m..][..count];
+    second_of_slices(
+        &phase[start - m..][..count],
+        &phase[start..][..count],
+        &phase[start + m..][..count],
+    )
+}
+
+/// Σ (a_k − 2b_k + c_k)² over the length of `center`.
+///
+/// # Panics
+/// Where another slice is shorter (a mistake of the caller).
+pub(crate) fn second_of_slices(left: &[f64], center: &[f64], right: &[f64]) -> f64 {
+    let (left, right) = (&left[..center.len()], &right[..center.len()]);
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") {
@@ -114,7 +124,15 @@ pub(crate) fn second_differences_group(
 /// Where i + 3m leaves the phase (a mistake of the caller).
 pub(crate) fn third_differences(phase: &[f64], start: usize, count: usize, m: usize) -> f64 {
     let at = |k: usize| &phase[start + k * m..][..count];
-    let points = [at(0), at(1), at(2), at(3)];
+    third_of_slices([at(0), at(1), at(2), at(3)])
+}
+
+/// Σ (d_k − 3c_k + 3b_k − a_k)² over slices of one length.
+///
+/// # Panics
+/// Where they have not (a mistake of the caller).
+pub(crate) fn third_of_slices(points: [&[f64]; 4]) -> f64 {
+    let points = points.map(|p| &p[..points[0].len()]);
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") {

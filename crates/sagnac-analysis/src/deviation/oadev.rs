@@ -58,7 +58,7 @@ fn pass(phase: &[f64], factors: &[usize]) -> Vec<f64> {
 }
 
 /// Adds the middle points start…start + count − 1 to the sums.
-fn tile(phase: &[f64], start: usize, count: usize, factors: &[usize], sums: &mut [f64]) {
+pub(crate) fn tile(phase: &[f64], start: usize, count: usize, factors: &[usize], sums: &mut [f64]) {
     let last = phase.len() - 1;
     // A factor that reaches past neither end has the whole tile; ascending, so those come first.
     let whole = factors.partition_point(|&m| m <= start && start + count - 1 + m <= last);
