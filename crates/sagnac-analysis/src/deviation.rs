@@ -78,6 +78,15 @@ impl Deviation {
         }
     }
 
+    /// Name on the axis of a plot, where the heading says which estimate it is.
+    pub fn plot_name(self) -> &'static str {
+        match self {
+            Self::Oadev => "Allan deviation",
+            Self::Hdev => "Hadamard deviation",
+            other => other.full_name(),
+        }
+    }
+
     /// The deviation of a short name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)

@@ -18,7 +18,7 @@ const BLOCK: usize = 1 << 13;
 /// Starts per τ kept at least.
 const STARTS: usize = 64;
 /// Phase points of each factor from which its noise type is told: the first of the log.
-const POINTS: usize = 4096;
+const POINTS: usize = 1024;
 
 /// A deviation under way: push samples, get the curve at the end.
 ///

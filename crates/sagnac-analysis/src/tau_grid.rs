@@ -58,6 +58,35 @@ impl TauGrid {
     }
 }
 
+impl TauGrid {
+    /// Factors that hold those of [`Self::factors`] for a log whose length shows at its end.
+    ///
+    /// `samples`: the number where it is known; then exactly those of that length and of any
+    /// shorter one that gaps may leave. `None` for [`Self::All`], whose number has no bound.
+    pub fn factors_of_unknown_length(
+        &self,
+        kind: Deviation,
+        samples: Option<usize>,
+        dt_s: f64,
+    ) -> Option<Vec<usize>> {
+        // 2^40 samples are 35 years at 1 kHz.
+        let longest = samples.unwrap_or(1 << 40);
+        match self {
+            Self::All => None,
+            Self::Default => {
+                let top = longest.max(2).ilog2();
+                let mut factors: Vec<usize> = (4..=top)
+                    .flat_map(|p| self.factors(kind, (1 << p).min(longest), dt_s))
+                    .collect();
+                factors.sort_unstable();
+                factors.dedup();
+                Some(factors)
+            }
+            _ => Some(self.factors(kind, longest, dt_s)),
+        }
+    }
+}
+
 /// The distinct ⌈2^{pk/99}⌉, k = 0…99.
 fn default_factors(samples: usize) -> Vec<usize> {
     if samples < 2 {

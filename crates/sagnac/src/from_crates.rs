@@ -44,3 +44,9 @@ impl From<sagnac_nav::Error> for Error {
         gather(out, error.place(), error.advice())
     }
 }
+
+impl From<sagnac_analysis::Error> for Error {
+    fn from(error: sagnac_analysis::Error) -> Self {
+        gather(Self::data(error.to_string()), error.place(), error.advice())
+    }
+}

@@ -5,12 +5,14 @@
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
 pub mod budget;
+pub mod allan;
 pub mod catalog;
 pub mod drift;
 mod error;
 mod from_crates;
 pub mod grade;
 pub mod motion;
+mod issues;
 pub mod report_characterize;
 pub mod response;
 pub mod strapdown;

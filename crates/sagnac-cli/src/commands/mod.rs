@@ -1,6 +1,7 @@
 //! One file per command; each is thin: build the request, call the façade, print the outcome.
 
 pub(crate) mod budget;
+mod allan;
 mod catalog;
 mod completions;
 pub(crate) mod drift;
@@ -19,6 +20,7 @@ use crate::context::Context;
 #[allow(clippy::large_enum_variant, reason = "made once")]
 pub(crate) enum Command {
     Catalog(catalog::Args),
+    Allan(allan::Args),
     Completions(completions::Args),
     Strapdown(strapdown::Args),
     Grade(grade::Args),
@@ -35,6 +37,7 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Drift(args) => drift::run(&args, context),
         Command::Grade(args) => grade::run(&args, context),
         Command::Strapdown(args) => strapdown::run(&args, context),
+        Command::Allan(args) => allan::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
         Command::Response(args) => response::run(&args, context),
     }

@@ -1,0 +1,235 @@
+//! The text of `allan`: a row an averaging time, a column an axis.
+
+use sagnac_analysis::{Deviation, Estimate, TauGrid};
+use sagnac_log::Quantity;
+use sagnac_report::text::{Align, Document, Table, Unit, general, group_thousands, significant};
+
+use super::{AllanAxis, AllanOutcome};
+use crate::issues;
+
+/// Rows that a table shows at most where the grid was not chosen by the user.
+const MOST_ROWS: usize = 40;
+
+/// A unit that a column is shown in.
+pub(super) struct Shown {
+    pub(super) text: String,
+    pub(super) page: String,
+    pub(super) per_si: f64,
+}
+
+impl Shown {
+    /// The field's unit of a deviation, or of the root of a density.
+    pub(super) fn of(axis: &AllanAxis, outcome: &AllanOutcome) -> Self {
+        let spectrum = outcome.request.spectrum;
+        let phase = outcome.request.deviation == Deviation::Tdev && !spectrum;
+        let unit = match axis.quantity {
+            Quantity::AngularRate if spectrum => Unit::DEG_PER_S_PER_SQRT_HZ,
+            Quantity::AngularRate if phase => Unit::ARCSEC,
+            Quantity::AngularRate => Unit::DEG_PER_H,
+            Quantity::SpecificForce if spectrum => Unit::MICRO_G_PER_SQRT_HZ,
+            Quantity::SpecificForce if phase => Unit::MM_PER_S,
+            Quantity::SpecificForce => Unit::MICRO_G,
+            _ => {
+                let own = if spectrum {
+                    format!("{}/√Hz", axis.unit)
+                } else {
+                    super::json::deviation_unit(axis, outcome)
+                };
+                return Self {
+                    text: own.clone(),
+                    page: own,
+                    per_si: 1.0,
+                };
+            }
+        };
+        Self {
+            text: unit.text.to_owned(),
+            page: unit.page.to_owned(),
+            per_si: unit.per_si,
+        }
+    }
+}
+
+impl AllanOutcome {
+    /// The result as people read it.
+    pub fn document(&self) -> Document {
+        let mut document = Document::new();
+        document.paragraph(self.opening());
+        document.blank();
+        if self.request.spectrum {
+            document.table(self.spectrum_table());
+        } else {
+            document.table(self.deviation_table());
+        }
+        document.blank();
+        for axis in self.axes.iter().filter(|axis| axis.is_empty()) {
+            document.warning(format!("{} has too few samples for numbers", axis.axis));
+        }
+        let duration_s = self.duration_s();
+        document.findings(
+            self.issues
+                .iter()
+                .map(|issue| issues::to_finding(issue, self.origin_s, duration_s)),
+        );
+        for note in &self.notes {
+            document.note(note.clone());
+        }
+        document.blank();
+        if self.request.spectrum {
+            document.paragraph(
+                "One-sided: white noise shows √2 N. All frequencies: -o spectrum.csv; picture: \
+                 -o spectrum.svg",
+            );
+        } else {
+            document.paragraph(
+                "Intervals and all averaging times: -o curve.csv; picture: -o curve.svg",
+            );
+        }
+        document
+    }
+
+    /// The sentence that says what stands below.
+    fn opening(&self) -> String {
+        let what = if self.request.spectrum {
+            "One-sided noise density (Welch)".to_owned()
+        } else {
+            capitalized(self.request.deviation.full_name())
+        };
+        let mut text = format!(
+            "{what} of {} samples at {} Hz",
+            group_thousands(&self.samples.to_string()),
+            general(1.0 / self.dt_s, 6)
+        );
+        if self.segments > 1 {
+            text.push_str(&format!(", {} stretches pooled", self.segments));
+        }
+        text.push('.');
+        if self.estimate == Estimate::Strided {
+            text.push_str(" Strided: starts at least every τ/64.");
+        }
+        if let Some(windows) = self.axes.iter().find_map(|axis| axis.windows.as_ref()) {
+            text.push_str(&format!(
+                " {} windows in JSON (--format json).",
+                windows.len()
+            ));
+        }
+        text
+    }
+
+    fn blank_table(&self, first: &str) -> (Table, Vec<(&AllanAxis, Shown)>) {
+        let axes: Vec<(&AllanAxis, Shown)> = self
+            .axes
+            .iter()
+            .filter(|axis| !axis.is_empty())
+            .map(|axis| (axis, Shown::of(axis, self)))
+            .collect();
+        let mut heading = vec![first];
+        heading.extend(axes.iter().map(|(axis, _)| axis.axis.as_str()));
+        let mut table = Table::new(&heading, &vec![Align::Right; heading.len()]);
+        let mut units = vec![String::new()];
+        units.extend(axes.iter().map(|(_, shown)| shown.text.clone()));
+        table.row(units);
+        (table, axes)
+    }
+
+    fn deviation_table(&self) -> Table {
+        let (mut table, axes) = self.blank_table("tau, s");
+        for tau_s in self.rows() {
+            let mut cells = vec![general(tau_s, 4)];
+            cells.extend(axes.iter().map(|(axis, shown)| {
+                axis.curve
+                    .as_ref()
+                    .and_then(|curve| {
+                        let k = curve.tau_s.iter().position(|t| *t == tau_s)?;
+                        Some(significant(curve.deviation[k] * shown.per_si, 4))
+                    })
+                    .unwrap_or_else(|| "-".to_owned())
+            }));
+            table.row(cells);
+        }
+        table
+    }
+
+    /// Averaging times of the table: all that were asked for by name, else one a decade.
+    fn rows(&self) -> Vec<f64> {
+        let longest = self
+            .axes
+            .iter()
+            .filter_map(|axis| axis.curve.as_ref())
+            .max_by_key(|curve| curve.len());
+        let Some(curve) = longest else {
+            return Vec::new();
+        };
+        match self.request.taus {
+            TauGrid::Octave | TauGrid::Times(_) if curve.len() <= MOST_ROWS => {
+                return curve.tau_s.clone();
+            }
+            _ => {}
+        }
+        let mut rows = Vec::new();
+        let mut wanted = curve.tau_s.first().copied().unwrap_or(1.0);
+        let last = curve.tau_s.last().copied().unwrap_or(0.0);
+        while wanted <= last * 1.1 {
+            let nearest = curve
+                .tau_s
+                .iter()
+                .copied()
+                .min_by(|a, b| (a / wanted).ln().abs().total_cmp(&(b / wanted).ln().abs()));
+            if let Some(tau_s) = nearest
+                && rows.last() != Some(&tau_s)
+            {
+                rows.push(tau_s);
+            }
+            wanted *= 10.0;
+        }
+        rows
+    }
+
+    fn spectrum_table(&self) -> Table {
+        let (mut table, axes) = self.blank_table("f, Hz");
+        let Some(first) = axes.iter().find_map(|(axis, _)| axis.density.as_ref()) else {
+            return table;
+        };
+        // A row an octave from the top: the root of the mean density of that octave.
+        let nyquist_hz = first.frequency_hz.last().copied().unwrap_or(0.0);
+        let lowest_hz = first.frequency_hz.first().copied().unwrap_or(1.0);
+        let mut high_hz = nyquist_hz;
+        let mut rows = Vec::new();
+        while high_hz >= lowest_hz && rows.len() < MOST_ROWS {
+            let low_hz = high_hz / 2.0;
+            let mut cells = vec![format!(
+                "{} - {}",
+                general(low_hz.max(lowest_hz), 3),
+                general(high_hz, 3)
+            )];
+            cells.extend(axes.iter().map(|(axis, shown)| {
+                let values: Vec<f64> = axis
+                    .density
+                    .iter()
+                    .flat_map(|d| d.frequency_hz.iter().zip(&d.density))
+                    .filter(|(f, _)| **f > low_hz && **f <= high_hz)
+                    .map(|(_, density)| *density)
+                    .collect();
+                if values.is_empty() {
+                    return "-".to_owned();
+                }
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                significant(mean.sqrt() * shown.per_si, 3)
+            }));
+            rows.push(cells);
+            high_hz = low_hz;
+        }
+        for cells in rows.into_iter().rev() {
+            table.row(cells);
+        }
+        table
+    }
+}
+
+fn capitalized(text: &str) -> String {
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().collect::<String>() + letters.as_str(),
+        None => String::new(),
+    }
+}
