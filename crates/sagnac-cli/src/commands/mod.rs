@@ -3,9 +3,12 @@
 pub(crate) mod budget;
 mod allan;
 mod catalog;
+mod characterize;
+mod compare;
 mod completions;
 pub(crate) mod drift;
 pub(crate) mod grade;
+mod plan;
 mod response;
 pub(crate) mod strapdown;
 
@@ -26,6 +29,10 @@ pub(crate) enum Command {
     Grade(grade::Args),
     Drift(drift::Args),
     Budget(budget::Args),
+    Characterize(characterize::Args),
+    Compare(compare::Args),
+    Completions(completions::Args),
+    Plan(plan::Args),
     Response(response::Args),
 }
 
@@ -38,6 +45,9 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Grade(args) => grade::run(&args, context),
         Command::Strapdown(args) => strapdown::run(&args, context),
         Command::Allan(args) => allan::run(&args, context),
+        Command::Characterize(args) => characterize::run(&args, context),
+        Command::Compare(args) => compare::run(&args, context),
+        Command::Plan(args) => plan::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
         Command::Response(args) => response::run(&args, context),
     }

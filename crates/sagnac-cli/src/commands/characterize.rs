@@ -1,0 +1,174 @@
+//! `sagnac characterize LOG…`: noise terms of each axis, with intervals.
+
+mod follow;
+
+use std::path::PathBuf;
+
+use sagnac::Error;
+use sagnac::characterize::{NamedLog, Outcome, PageFacts, Request, candidates, characterize};
+use sagnac::log::Log;
+use sha2::{Digest as _, Sha256};
+
+use crate::context::Context;
+use crate::inputs::LogOptions;
+use crate::models;
+use crate::outputs::{Output, publish_all};
+
+/// Noise terms of each axis of a log at rest, with 95 % intervals, and whether the log is sound
+#[derive(clap::Args)]
+#[command(after_help = "Example\n  sagnac characterize static.csv -o imu.toml --report imu.html")]
+pub(crate) struct Args {
+    /// Logs at rest; `-` is CSV from standard input
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
+    /// Write a page with curves, spectra, series and findings
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+    /// Write the estimates as a model
+    #[arg(short, long, value_name = "MODEL.toml")]
+    output: Option<PathBuf>,
+    /// Any issue but quantization, line and earth_rate is an error
+    #[arg(long)]
+    strict: bool,
+    /// All logs are of one sensor: common terms, run-to-run bias
+    #[arg(long)]
+    one_sensor: bool,
+    /// The terms looked for, e.g. angle_random_walk,bias_instability [default: all]
+    #[arg(long, value_name = "LIST")]
+    terms: Option<String>,
+    /// A model that gives range and bias: a file, or catalog:NAME
+    #[arg(long, value_name = "MODEL")]
+    model: Option<String>,
+    /// Read on as the log grows, with the state on standard error
+    #[arg(long)]
+    follow: bool,
+    /// With --follow: end at this precision, e.g. 'angle_random_walk=2%'
+    #[arg(long, value_name = "LIST", requires = "follow")]
+    until: Option<String>,
+    /// Overwrite outputs that exist
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    log: LogOptions,
+}
+
+pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
+    let request = Request {
+        candidates: args
+            .terms
+            .as_deref()
+            .map(candidates)
+            .transpose()?
+            .unwrap_or_default(),
+        one_sensor: args.one_sensor,
+        strict: args.strict,
+        model: args.model.as_deref().map(models::load).transpose()?,
+    };
+    if args.follow && args.logs.len() > 1 {
+        return Err(Error::usage("--follow reads one log")
+            .at(format!("{} logs are named", args.logs.len()))
+            .advise("name one, or leave --follow out"));
+    }
+    let claim = |path: &Option<PathBuf>, option: &str| {
+        path.as_deref()
+            .map(|p| Output::claim(p, option, args.force))
+            .transpose()
+    };
+    let model_file = claim(&args.output, "-o")?;
+    let page_file = claim(&args.report, "--report")?;
+    let outcome = if args.follow {
+        follow::follow(args, &request, context)?
+    } else {
+        characterize(&read_all(&args.logs, &args.log, context)?, &request)?
+    };
+    let mut outputs = Vec::new();
+    if let Some(mut file) = model_file {
+        file.put(outcome.to_model()?.to_toml().as_bytes())?;
+        outputs.push(file);
+    }
+    if let Some(mut file) = page_file {
+        file.put(page(args, &outcome)?.as_bytes())?;
+        outputs.push(file);
+    }
+    context.show(|| outcome.document(), || outcome.to_json())?;
+    context.wrote(&publish_all(outputs)?)
+}
+
+/// Reads logs whole, with a progress bar over their bytes.
+pub(crate) fn read_all(
+    paths: &[PathBuf],
+    options: &LogOptions,
+    context: &Context,
+) -> Result<Vec<NamedLog>, Error> {
+    let mut logs = Vec::with_capacity(paths.len());
+    for path in paths {
+        let name = if path.as_os_str() == "-" {
+            "standard input".to_owned()
+        } else {
+            path.display().to_string()
+        };
+        let (reader, meter) = options.open(path)?;
+        let mut reader = Metered {
+            progress: context.progress(&format!("reading  {name}"), meter.size),
+            meter,
+            reader,
+        };
+        let log = Log::read(&mut reader).map_err(|e| Error::from(e).at(name.clone()))?;
+        logs.push(NamedLog { name, log });
+    }
+    Ok(logs)
+}
+
+/// A reader that shows how far it is.
+struct Metered {
+    reader: Box<dyn sagnac::log::LogReader>,
+    meter: crate::inputs::Meter,
+    progress: crate::progress::Progress,
+}
+
+impl sagnac::log::LogReader for Metered {
+    fn layout(&self) -> &sagnac::log::Layout {
+        self.reader.layout()
+    }
+
+    fn read_block(&mut self, block: &mut sagnac::log::Block) -> Result<bool, sagnac::log::Error> {
+        self.progress.set(self.meter.bytes());
+        self.reader.read_block(block)
+    }
+}
+
+fn page(args: &Args, outcome: &Outcome) -> Result<String, Error> {
+    let mut inputs = Vec::new();
+    for path in args.logs.iter().filter(|p| p.is_file()) {
+        let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
+        let mut hash = Sha256::new();
+        std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
+        let digest: String = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+        inputs.push((path.display().to_string(), digest));
+    }
+    let facts = PageFacts {
+        command: command_line(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        inputs,
+    };
+    Ok(outcome.to_page(&facts).html())
+}
+
+/// The command as it was typed, quoted where a shell needs it.
+pub(crate) fn command_line() -> String {
+    let mut out = String::from("sagnac");
+    for word in std::env::args().skip(1) {
+        out.push(' ');
+        let plain = word
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "-_./:=,+@%".contains(c));
+        if plain && !word.is_empty() {
+            out.push_str(&word);
+        } else {
+            out.push('\'');
+            out.push_str(&word.replace('\'', r"'\''"));
+            out.push('\'');
+        }
+    }
+    out
+}

@@ -1,0 +1,385 @@
+//! The outcome as the page of the report: parameters, findings, Allan deviations, spectra, time series, limits.
+
+use super::text::{facts, findings, shown, shown_sensor, verdict};
+use super::{AxisOutcome, LogOutcome, Outcome, key_of};
+use sagnac_analysis::fit::{Estimate, NoiseTerms, Status, Term};
+use sagnac_core::Sensor;
+use sagnac_report::html::{CharacterizePage, Input, LogReport, ParameterCell, ParameterRow, Rich};
+use sagnac_report::plots::{
+    AllanPanel, AllanTerm, IssueBar, IssueTimeline, SeriesPanel, SpectrumMark, SpectrumPanel,
+};
+use sagnac_report::text::{Estimate as Shown, Unit, duration, general, is_note};
+
+/// What the page says about how it was made.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct PageFacts {
+    /// The command as it was typed.
+    pub command: String,
+    /// Version of the program.
+    pub version: String,
+    /// Name and SHA-256 of each input.
+    pub inputs: Vec<(String, String)>,
+}
+
+pub(super) fn page(outcome: &Outcome, facts_of: &PageFacts) -> CharacterizePage {
+    let logs: Vec<LogReport> = outcome.logs.iter().map(report).collect();
+    let name = match outcome.logs.as_slice() {
+        [one] => one.name.clone(),
+        many => format!("{} logs", many.len()),
+    };
+    let subtitle = match outcome.logs.as_slice() {
+        [one] => format!(
+            "At rest, {}, {} Hz",
+            duration(one.duration_s),
+            general(one.rate_hz, 5)
+        ),
+        _ => "At rest".to_owned(),
+    };
+    CharacterizePage {
+        name,
+        subtitle,
+        verdict: Rich::new().plain(match outcome.logs.as_slice() {
+            [one] => verdict(one),
+            _ if outcome.outliers.is_empty() => "No log differs from the others.".to_owned(),
+            _ => outcome.outliers.iter().map(|o| o.text.clone()).collect::<Vec<_>>().join(". "),
+        }),
+        facts: outcome.logs.first().filter(|_| outcome.logs.len() == 1).map(facts).unwrap_or_default(),
+        logs,
+        overview: None,
+        method: Rich::new().plain(
+            "The noise terms of each axis are estimated jointly from the likelihood of the cosine transform of its \
+             samples, with the exact spectra of interval means; each term is tested with all others free, intervals \
+             come from the likelihood profile. The Allan deviation is the overlapping one, with χ² intervals for \
+             the noise type found at each averaging time.",
+        ),
+        command: facts_of.command.clone(),
+        version: facts_of.version.clone(),
+        inputs: facts_of
+            .inputs
+            .iter()
+            .map(|(name, sha256)| Input { name: name.clone(), sha256: sha256.clone() })
+            .collect(),
+    }
+}
+
+fn report(log: &LogOutcome) -> LogReport {
+    let mut out = LogReport {
+        name: log.name.clone(),
+        verdict: Rich::new().plain(verdict(log)),
+        facts: facts(log),
+        timeline: timeline(log),
+        limits: limits(log),
+        ..LogReport::default()
+    };
+    for sensor in Sensor::ALL {
+        let axes: Vec<&AxisOutcome> = log.axes.iter().filter(|a| a.sensor == sensor).collect();
+        if axes.is_empty() {
+            continue;
+        }
+        rows(&axes, sensor, &mut out.parameters);
+        out.allan
+            .push(axes.iter().filter_map(|a| allan(a, sensor)).collect());
+        out.spectrum
+            .push(axes.iter().filter_map(|a| spectrum(a, sensor)).collect());
+        out.series
+            .push(axes.iter().map(|a| series(log, a, sensor)).collect());
+    }
+    out
+}
+
+fn limits(log: &LogOutcome) -> Vec<Rich> {
+    let mut out = Vec::new();
+    if log.temperature_c.is_none() {
+        out.push(
+            Rich::new()
+                .bold("Temperature effects: ")
+                .plain("no temperature was recorded."),
+        );
+    }
+    out.push(
+        Rich::new()
+            .bold("Run-to-run bias: ")
+            .plain("one run cannot show it."),
+    );
+    out.push(
+        Rich::new()
+            .bold("Scale factor, misalignment, g-sensitivity: ")
+            .plain("the sensor lay still."),
+    );
+    out
+}
+
+fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
+    let as_shown = shown_sensor(sensor);
+    let cells = |f: &dyn Fn(&AxisOutcome) -> Shown| -> [Shown; 3] {
+        let mut cells = [Shown::Absent; 3];
+        for axis in axes {
+            cells[axis.index] = f(axis);
+        }
+        cells
+    };
+    for term in [
+        Term::Quantization,
+        Term::White,
+        Term::Flicker,
+        Term::RandomWalk,
+        Term::Ramp,
+    ] {
+        let of = |a: &AxisOutcome| {
+            a.estimate
+                .as_ref()
+                .and_then(|e| e.term(term))
+                .map_or(Shown::Absent, shown)
+        };
+        out.push(ParameterRow::estimates(
+            as_shown,
+            key_of(sensor, term),
+            cells(&of),
+        ));
+    }
+    let markov = |a: &AxisOutcome, time: bool| {
+        a.estimate
+            .as_ref()
+            .and_then(|e| e.gauss_markov.last())
+            .map_or(Shown::Absent, |g| {
+                shown(if time {
+                    &g.correlation_time_s
+                } else {
+                    &g.sigma
+                })
+            })
+    };
+    let sigma = cells(&|a| markov(a, false));
+    if sigma.iter().any(|s| matches!(s, Shown::Detected { .. })) {
+        out.push(ParameterRow::estimates(as_shown, "gauss_markov", sigma));
+        let mut time =
+            ParameterRow::estimates(as_shown, "correlation_time", cells(&|a| markov(a, true)));
+        "Correlation time".clone_into(&mut time.name);
+        time.unit = Some(Unit::S);
+        out.push(time);
+    }
+    let mean = cells(&|a| {
+        a.estimate
+            .as_ref()
+            .map_or(Shown::Absent, |e| shown(&e.mean))
+    });
+    out.push(ParameterRow::estimates(as_shown, "mean", mean));
+    let mut fit = ParameterRow {
+        sensor: as_shown,
+        term: "fit".to_owned(),
+        name: "Does the fit explain the curve?".to_owned(),
+        unit: None,
+        cells: Default::default(),
+    };
+    for axis in axes {
+        if let Some(p) = axis.estimate.as_ref().and_then(|e| e.p_value) {
+            fit.cells[axis.index] = ParameterCell::Word {
+                word: if p < 0.001 {
+                    "no"
+                } else if p < 0.05 {
+                    "hardly"
+                } else {
+                    "yes"
+                }
+                .to_owned(),
+                class: if p < 0.001 {
+                    "bad"
+                } else if p < 0.05 {
+                    "warn"
+                } else {
+                    "good"
+                },
+                note: if p < 0.001 {
+                    "p < 0.001".to_owned()
+                } else {
+                    format!("p = {p:.2}")
+                },
+            };
+        }
+    }
+    out.push(fit);
+}
+
+fn timeline(log: &LogOutcome) -> IssueTimeline {
+    IssueTimeline {
+        duration_s: log.duration_s,
+        issues: findings(log)
+            .into_iter()
+            .map(|f| IssueBar {
+                channel: f.channel.replace('_', " "),
+                warning: !is_note(&f.kind),
+                kind: f.kind,
+                text: f.text,
+                span_s: f.span_s,
+            })
+            .collect(),
+    }
+}
+
+fn allan(axis: &AxisOutcome, sensor: Sensor) -> Option<AllanPanel> {
+    let curve = axis.allan.as_ref()?;
+    let unit = Unit::of_term(
+        shown_sensor(sensor),
+        if sensor == Sensor::Gyro {
+            "mean"
+        } else {
+            "allan"
+        },
+    );
+    let scaled = |v: &[f64]| -> Vec<f64> { v.iter().map(|x| x * unit.per_si).collect() };
+    let band = |v: &[Option<f64>]| -> Vec<f64> {
+        if v.iter().any(Option::is_none) {
+            return Vec::new();
+        }
+        v.iter().flatten().map(|x| x * unit.per_si).collect()
+    };
+    let mut terms = Vec::new();
+    if let Some(e) = &axis.estimate {
+        for term in [
+            Term::Quantization,
+            Term::White,
+            Term::Flicker,
+            Term::RandomWalk,
+            Term::Ramp,
+        ] {
+            let Some(estimate) = e.term(term) else {
+                continue;
+            };
+            terms.extend(term_line(sensor, term, estimate, &curve.tau_s, unit));
+        }
+    }
+    Some(AllanPanel {
+        axis: axis.axis.clone(),
+        unit: unit.page.to_owned(),
+        tau_s: curve.tau_s.clone(),
+        deviation: scaled(&curve.deviation),
+        lower: band(&curve.lower),
+        upper: band(&curve.upper),
+        fit: scaled(&axis.fit_deviation),
+        fit_name: String::new(),
+        terms,
+    })
+}
+
+/// The Allan deviation of one term alone, a limit where it was not seen (B and K: they bound what is seen).
+fn term_line(
+    sensor: Sensor,
+    term: Term,
+    e: &Estimate,
+    tau_s: &[f64],
+    unit: Unit,
+) -> Option<AllanTerm> {
+    let limit = e.status == Status::UpperLimit;
+    if limit && !matches!(term, Term::Flicker | Term::RandomWalk) {
+        return None;
+    }
+    let value = if limit { e.upper? } else { e.value? };
+    let mut alone = NoiseTerms::default();
+    match term {
+        Term::Quantization => alone.quantization = value,
+        Term::White => alone.white = value,
+        Term::Flicker => alone.flicker = value,
+        Term::RandomWalk => alone.random_walk = value,
+        Term::Ramp => alone.ramp = value,
+        Term::GaussMarkov | Term::Sinusoid => return None,
+    }
+    let key = key_of(sensor, term);
+    let own = Unit::of_term(shown_sensor(sensor), key);
+    let text = shown(e).scaled(own.per_si).text();
+    let symbol = term.symbol().to_owned();
+    let label = if text.interval.is_empty() {
+        format!("{symbol} {} {}", text.value, own.page)
+    } else {
+        format!("{symbol} {} {} {}", text.value, own.page, text.interval)
+    };
+    Some(AllanTerm {
+        symbol,
+        label,
+        deviation: tau_s
+            .iter()
+            .map(|&t| alone.allan_variance(t).sqrt() * unit.per_si)
+            .collect(),
+        upper_limit: limit,
+    })
+}
+
+fn spectrum(axis: &AxisOutcome, sensor: Sensor) -> Option<SpectrumPanel> {
+    let e = axis.estimate.as_ref().filter(|e| !e.spectrum.is_empty())?;
+    let unit = match sensor {
+        Sensor::Gyro => Unit::DEG_PER_S_PER_SQRT_HZ,
+        Sensor::Accel => Unit::MICRO_G_PER_SQRT_HZ,
+    };
+    // Single coefficients scatter by their own size: bins of at least eight are shown.
+    let mut frequency_hz = Vec::new();
+    let mut density = Vec::new();
+    let mut fit = Vec::new();
+    let mut sums = [0.0; 4];
+    for bin in &e.spectrum {
+        sums[0] += bin.count;
+        sums[1] += bin.count * bin.frequency_hz.ln();
+        sums[2] += bin.count * bin.measured;
+        sums[3] += bin.count * bin.fitted;
+        if sums[0] >= 8.0 {
+            frequency_hz.push((sums[1] / sums[0]).exp());
+            density.push((sums[2] / sums[0]).sqrt() * unit.per_si);
+            fit.push((sums[3] / sums[0]).sqrt() * unit.per_si);
+            sums = [0.0; 4];
+        }
+    }
+    let marks = e
+        .sinusoids
+        .iter()
+        .filter(|s| s.share_of_white > 0.1)
+        .take(3)
+        .filter_map(|s| {
+            let f = s.frequency_hz.value?;
+            Some(SpectrumMark {
+                frequency_hz: f,
+                text: format!("line at {} Hz", general(f, 3)),
+            })
+        })
+        .collect();
+    Some(SpectrumPanel {
+        axis: axis.axis.clone(),
+        unit: unit.page.to_owned(),
+        sides: "two-sided".to_owned(),
+        frequency_hz,
+        density,
+        fit,
+        marks,
+    })
+}
+
+fn series(log: &LogOutcome, axis: &AxisOutcome, sensor: Sensor) -> SeriesPanel {
+    let unit = match sensor {
+        Sensor::Gyro => Unit::DEG_PER_S,
+        Sensor::Accel => Unit::MILLI_G,
+    };
+    let column =
+        |k: usize| -> Vec<f64> { axis.series.iter().map(|p| p[k] * unit.per_si).collect() };
+    SeriesPanel {
+        axis: axis.axis.clone(),
+        unit: unit.page.to_owned(),
+        note: format!(
+            "scatter {} {}",
+            general(axis.scatter * unit.per_si, 3),
+            unit.page
+        ),
+        duration_s: log.duration_s,
+        time_s: axis.series.iter().map(|p| p[0]).collect(),
+        min: column(1),
+        mean: column(2),
+        max: column(3),
+        findings_s: log
+            .issues
+            .iter()
+            .filter(|i| {
+                i.channel
+                    .as_deref()
+                    .is_none_or(|c| axis.axis.starts_with(c))
+            })
+            .map(|i| (i.start_s - log.first_s, i.end_s - log.first_s))
+            .filter(|(a, b)| b - a < 0.5 * log.duration_s)
+            .collect(),
+    }
+}

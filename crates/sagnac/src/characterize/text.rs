@@ -1,0 +1,565 @@
+//! The outcome in a terminal: the answer first, a table a sensor, findings, what the log could not tell.
+
+use super::{AxisOutcome, LogOutcome, Outcome, SensorAxis, key_of};
+use sagnac_analysis::fit::{Estimate, RegressorKind, Status, Term};
+use sagnac_core::Sensor;
+use sagnac_log::{Issue, IssueKind};
+use sagnac_report::text::{
+    Document, Estimate as Shown, Finding, Role, Sensor as ShownSensor, Table, Unit, clock,
+    duration, general, group_thousands, term_name,
+};
+
+pub(crate) fn shown_sensor(sensor: Sensor) -> ShownSensor {
+    match sensor {
+        Sensor::Gyro => ShownSensor::Gyro,
+        Sensor::Accel => ShownSensor::Accel,
+    }
+}
+
+/// An estimate in SI as the report shows it.
+pub(crate) fn shown(e: &Estimate) -> Shown {
+    match e.status {
+        Status::Detected => match (e.value, e.lower, e.upper) {
+            (Some(v), Some(l), Some(u)) => Shown::detected(v, l, u),
+            (Some(v), ..) => Shown::Value(v),
+            _ => Shown::Absent,
+        },
+        Status::UpperLimit => e.upper.map_or(Shown::Absent, Shown::upper_limit),
+        Status::Absent => Shown::Absent,
+    }
+}
+
+pub(super) fn outcome(outcome: &Outcome) -> Document {
+    let mut out = Document::new();
+    let several = outcome.logs.len() > 1;
+    if several {
+        overview(outcome, &mut out);
+    }
+    if let Some(axes) = &outcome.sensor {
+        for sensor in Sensor::ALL {
+            pooled_table(axes, sensor, outcome.logs.len(), &mut out);
+        }
+        out.blank();
+        if outcome.logs.len() < 8 {
+            out.note(format!(
+                "{} runs know a run-to-run bias to a factor of about {} only.",
+                outcome.logs.len(),
+                match outcome.logs.len() {
+                    2 => "70",
+                    3 => "12",
+                    4 => "7",
+                    5 => "5",
+                    _ => "3 to 4",
+                }
+            ));
+        }
+        closing(&outcome.logs, &mut out);
+        return out;
+    }
+    for log in &outcome.logs {
+        if several {
+            out.blank();
+            out.heading(log.name.clone());
+        }
+        one(log, &mut out);
+    }
+    closing(&outcome.logs, &mut out);
+    out
+}
+
+fn overview(outcome: &Outcome, out: &mut Document) {
+    let n = outcome.logs.len();
+    let what = if outcome.sensor.is_some() {
+        "logs of one sensor"
+    } else {
+        "logs"
+    };
+    if outcome.outliers.is_empty() {
+        out.paragraph(format!("{n} {what}; none differs from the others."));
+    } else {
+        let mut names: Vec<&str> = outcome
+            .outliers
+            .iter()
+            .map(|o| outcome.logs[o.log].name.as_str())
+            .collect();
+        names.dedup();
+        out.verdict(
+            Role::Warning,
+            format!("{n} {what}; {} differs from the others.", names.join(", ")),
+        );
+    }
+    out.blank();
+    for o in &outcome.outliers {
+        out.warning(o.text.clone());
+    }
+}
+
+fn one(log: &LogOutcome, out: &mut Document) {
+    out.paragraph(verdict(log));
+    for sensor in Sensor::ALL {
+        let axes: Vec<&AxisOutcome> = log.axes.iter().filter(|a| a.sensor == sensor).collect();
+        if axes.is_empty() {
+            continue;
+        }
+        out.blank();
+        out.table(table(&axes, sensor));
+    }
+    let findings = findings(log);
+    if !findings.is_empty() {
+        out.blank();
+        out.findings(findings);
+    }
+    let mut blank = true;
+    for axis in &log.axes {
+        let Some(e) = &axis.estimate else { continue };
+        for finding in &e.findings {
+            if finding.kind == sagnac_analysis::fit::FindingKind::Misfit {
+                if std::mem::take(&mut blank) {
+                    out.blank();
+                }
+                out.warning(format!("{}: {}", axis.axis, finding.text));
+            }
+        }
+        for &(a, b) in &e.confused {
+            if std::mem::take(&mut blank) {
+                out.blank();
+            }
+            out.note(format!(
+                "{}: this log cannot tell {} from {}; both are bounded from above.",
+                axis.axis,
+                term_name(key_of(axis.sensor, a)).to_lowercase(),
+                term_name(key_of(axis.sensor, b)).to_lowercase(),
+            ));
+        }
+    }
+    for note in &log.notes {
+        out.note(note.clone());
+    }
+}
+
+fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
+    let shown_as = shown_sensor(sensor);
+    let mut heading = vec![shown_as.title()];
+    heading.extend(axes.iter().map(|a| ["x", "y", "z"][a.index]));
+    heading.push("");
+    let mut table = Table::estimates(&heading);
+    for term in [
+        Term::Quantization,
+        Term::White,
+        Term::Flicker,
+        Term::RandomWalk,
+        Term::Ramp,
+    ] {
+        let cells: Vec<Estimate> = axes
+            .iter()
+            .map(|a| {
+                a.estimate
+                    .as_ref()
+                    .and_then(|e| e.term(term))
+                    .copied()
+                    .unwrap_or(Estimate::ABSENT)
+            })
+            .collect();
+        let usual = matches!(term, Term::White | Term::Flicker | Term::RandomWalk);
+        let seen = cells.iter().any(Estimate::is_detected);
+        if !(seen || usual && cells.iter().any(|c| c.status != Status::Absent)) {
+            continue;
+        }
+        let key = key_of(sensor, term);
+        row(
+            &mut table,
+            short_name(key),
+            Unit::of_term(shown_as, key),
+            &cells,
+        );
+    }
+    let most = axes.iter().map(|a| markov_of(a).count()).max().unwrap_or(0);
+    for place in 0..most {
+        let pick = |time: bool| -> Vec<Estimate> {
+            axes.iter()
+                .map(|a| {
+                    markov_of(a).nth(place).map_or(Estimate::ABSENT, |g| {
+                        if time { g.correlation_time_s } else { g.sigma }
+                    })
+                })
+                .collect()
+        };
+        let name = if most > 1 {
+            format!("Gauss-Markov {}", place + 1)
+        } else {
+            "Gauss-Markov sigma".to_owned()
+        };
+        row(
+            &mut table,
+            &name,
+            Unit::of_term(shown_as, "gauss_markov"),
+            &pick(false),
+        );
+        row(&mut table, "  correlation time", Unit::S, &pick(true));
+    }
+    for axis_regressors in [0, 1] {
+        // Temperature coefficients of power 1 and 2, where any axis has them.
+        let power = axis_regressors + 1;
+        let cells: Vec<Estimate> = axes
+            .iter()
+            .map(|a| {
+                a.estimate
+                    .iter()
+                    .flat_map(|e| &e.regressors)
+                    .find(
+                        |r| matches!(r.kind, RegressorKind::Temperature { power: p } if p == power),
+                    )
+                    .map_or(Estimate::ABSENT, |r| {
+                        Estimate::detected(r.value, r.lower, r.upper, (r.upper - r.lower) / 3.92)
+                    })
+            })
+            .collect();
+        if cells.iter().any(Estimate::is_detected) {
+            let unit = Unit::of_term(shown_as, "mean");
+            let mut texts: Vec<sagnac_report::text::Cell> = vec![
+                if power == 1 {
+                    "Bias per K"
+                } else {
+                    "Bias per K^2"
+                }
+                .into(),
+            ];
+            texts.extend(cells.iter().map(|c| shown(c).scaled(unit.per_si).into()));
+            texts.push(format!("{}/K{}", unit.text, if power == 1 { "" } else { "^2" }).into());
+            table.row(texts);
+        }
+    }
+    let means: Vec<Estimate> = axes
+        .iter()
+        .map(|a| a.estimate.as_ref().map_or(Estimate::ABSENT, |e| e.mean))
+        .collect();
+    row(&mut table, "Mean", Unit::of_term(shown_as, "mean"), &means);
+    let mut fit: Vec<sagnac_report::text::Cell> = vec!["Fit".into()];
+    for axis in axes {
+        fit.push(
+            axis.estimate
+                .as_ref()
+                .and_then(|e| e.p_value)
+                .map_or_else(
+                    || "-".to_owned(),
+                    |p| {
+                        if p < 0.001 {
+                            "< 0.001".to_owned()
+                        } else {
+                            format!("{p:.2}")
+                        }
+                    },
+                )
+                .into(),
+        );
+    }
+    fit.push("p".into());
+    table.row(fit);
+    table
+}
+
+fn markov_of(
+    axis: &AxisOutcome,
+) -> impl Iterator<Item = &sagnac_analysis::fit::GaussMarkovEstimate> {
+    axis.estimate
+        .iter()
+        .flat_map(|e| &e.gauss_markov)
+        .filter(|g| g.sigma.is_detected())
+}
+
+/// Names that leave room for three axes.
+fn short_name(key: &str) -> &str {
+    match key {
+        "acceleration_random_walk" => "Accel. random walk",
+        other => term_name(other),
+    }
+}
+
+fn row(table: &mut Table, name: &str, unit: Unit, cells: &[Estimate]) {
+    let mut texts: Vec<sagnac_report::text::Cell> = vec![name.into()];
+    texts.extend(cells.iter().map(|c| shown(c).scaled(unit.per_si).into()));
+    texts.push(unit.text.into());
+    table.row(texts);
+}
+
+fn pooled_table(axes: &[SensorAxis], sensor: Sensor, logs: usize, out: &mut Document) {
+    let axes: Vec<&SensorAxis> = axes.iter().filter(|a| a.sensor == sensor).collect();
+    if axes.is_empty() {
+        return;
+    }
+    let shown_as = shown_sensor(sensor);
+    let mut heading = vec![shown_as.title()];
+    heading.extend(axes.iter().map(|a| ["x", "y", "z"][a.index]));
+    heading.push("");
+    let mut table = Table::estimates(&heading);
+    let pick = |f: &dyn Fn(&SensorAxis) -> Estimate| -> Vec<Estimate> {
+        axes.iter().map(|a| f(a)).collect()
+    };
+    for (term, cells) in [
+        (Term::Quantization, pick(&|a| a.pooled.quantization)),
+        (Term::White, pick(&|a| a.pooled.white)),
+        (Term::Flicker, pick(&|a| a.pooled.flicker)),
+        (Term::RandomWalk, pick(&|a| a.pooled.random_walk)),
+    ] {
+        if term == Term::Quantization && !cells.iter().any(Estimate::is_detected) {
+            continue;
+        }
+        let key = key_of(sensor, term);
+        row(
+            &mut table,
+            short_name(key),
+            Unit::of_term(shown_as, key),
+            &cells,
+        );
+    }
+    let stability = pick(&|a| a.pooled.bias_stability);
+    row(
+        &mut table,
+        "Bias stability",
+        Unit::of_term(shown_as, "mean"),
+        &stability,
+    );
+    let _ = logs;
+    out.blank();
+    out.table(table);
+}
+
+/// One or two sentences: how well what is known, and whether the log was disturbed.
+pub(super) fn verdict(log: &LogOutcome) -> String {
+    let mut sentences = Vec::new();
+    for sensor in Sensor::ALL {
+        let axes: Vec<&AxisOutcome> = log.axes.iter().filter(|a| a.sensor == sensor).collect();
+        if axes.is_empty() {
+            continue;
+        }
+        if axes
+            .iter()
+            .all(|a| a.estimate.as_ref().is_none_or(|e| !e.white.is_detected()))
+        {
+            sentences.push(format!(
+                "The {} gives no white noise from this log.",
+                sensor.name()
+            ));
+            continue;
+        }
+        let mut known = Vec::new();
+        let mut bounded = Vec::new();
+        for (term, name) in [
+            (Term::White, "white noise"),
+            (Term::Flicker, "bias instability"),
+            (Term::RandomWalk, "random walk"),
+        ] {
+            let widths: Vec<f64> = axes
+                .iter()
+                .filter_map(|a| {
+                    let e = a.estimate.as_ref()?.term(term)?;
+                    Some(50.0 * (e.upper? - e.lower?) / e.value?)
+                })
+                .collect();
+            if widths.is_empty() {
+                bounded.push(name);
+            } else {
+                let (low, high) = widths
+                    .iter()
+                    .fold((f64::INFINITY, 0.0_f64), |(l, h), &w| (l.min(w), h.max(w)));
+                known.push(format!("{name} to {}", range(low, high)));
+            }
+        }
+        let warned = log
+            .issues
+            .iter()
+            .filter(|i| {
+                matches!(
+                    i.kind,
+                    IssueKind::Motion | IssueKind::Saturation | IssueKind::NonStationary
+                ) && i
+                    .channel
+                    .as_deref()
+                    .is_some_and(|c| c.starts_with(sensor.key()))
+            })
+            .count();
+        let mut text = format!("The {} is known: {}", sensor.name(), known.join(", "));
+        if !bounded.is_empty() {
+            text.push_str(&format!(
+                "; {} only bounded from above",
+                bounded.join(" and ")
+            ));
+        }
+        text.push('.');
+        if warned > 0 {
+            text.push_str(&format!(
+                " It was disturbed ({warned} warning{}): read the slow terms with care.",
+                if warned == 1 { "" } else { "s" }
+            ));
+        }
+        sentences.push(text);
+    }
+    sentences.join(" ")
+}
+
+fn range(low: f64, high: f64) -> String {
+    let text = |x: f64| {
+        if x < 1.0 {
+            format!("{x:.1}")
+        } else {
+            format!("{x:.0}")
+        }
+    };
+    let (a, b) = (text(low), text(high));
+    if a == b {
+        format!("{b} %")
+    } else {
+        format!("{a}-{b} %")
+    }
+}
+
+/// Issues as lines, those of one kind and time on several axes of a sensor as one.
+pub(super) fn findings(log: &LogOutcome) -> Vec<Finding> {
+    let mut groups: Vec<Vec<&Issue>> = Vec::new();
+    for issue in &log.issues {
+        let sensor = |i: &Issue| {
+            i.channel
+                .as_deref()
+                .and_then(|c| c.split_once('_'))
+                .map(|(s, _)| s.to_owned())
+        };
+        let place = groups.iter_mut().find(|g| {
+            let head = g[0];
+            head.kind == issue.kind
+                && sensor(head).is_some()
+                && sensor(head) == sensor(issue)
+                && (issue.kind == IssueKind::Line
+                    || !g.iter().any(|o| o.channel == issue.channel)
+                        && (head.start_s - issue.start_s).abs() < 2.0 + 0.002 * log.duration_s
+                        && (head.end_s - issue.end_s).abs() < 2.0 + 0.01 * log.duration_s)
+        });
+        match place {
+            Some(group) => group.push(issue),
+            None => groups.push(vec![issue]),
+        }
+    }
+    groups.iter().map(|g| finding(log, g)).collect()
+}
+
+fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
+    let head = group[0];
+    let (start, end) = (head.start_s - log.first_s, head.end_s - log.first_s);
+    let whole = start <= 0.02 * log.duration_s && end >= 0.98 * log.duration_s;
+    let channel = head.channel.clone().unwrap_or_else(|| "log".to_owned());
+    let axis = |i: &Issue| {
+        i.channel
+            .as_deref()
+            .and_then(|c| c.split_once('_'))
+            .map_or(String::new(), |(_, a)| a.to_owned())
+    };
+    let several = group.iter().any(|i| i.channel != head.channel);
+    let sensor = channel.split('_').next().unwrap_or(&channel).to_owned();
+    let text = if head.kind == IssueKind::Line {
+        lines_text(group)
+    } else if !several {
+        head.text.clone()
+    } else if group.iter().all(|i| i.text == head.text) {
+        head.text.clone()
+    } else if let Some(text) = joined_numbers(group, "changes by ") {
+        let axes: Vec<String> = group.iter().map(|i| axis(i)).collect();
+        format!("{text} on {}", axes.join(", "))
+    } else {
+        let parts: Vec<String> = group
+            .iter()
+            .map(|i| format!("{}: {}", axis(i), i.text))
+            .collect();
+        parts.join("; ")
+    };
+    Finding {
+        kind: head.kind.name().to_owned(),
+        channel: if several { sensor } else { channel },
+        span_s: (!whole).then_some((start.max(0.0), end.max(0.0))),
+        text,
+    }
+}
+
+/// `changes by 1, 2, 3 mm/s^2` of texts that differ in their number alone.
+fn joined_numbers(group: &[&Issue], head: &str) -> Option<String> {
+    let mut numbers = Vec::new();
+    let mut unit = None;
+    for issue in group {
+        let rest = issue.text.strip_prefix(head)?;
+        let (number, own) = rest.split_once(' ')?;
+        if *unit.get_or_insert(own) != own {
+            return None;
+        }
+        numbers.push(number);
+    }
+    Some(format!("{head}{} {}", numbers.join(", "), unit?))
+}
+
+fn lines_text(group: &[&Issue]) -> String {
+    let mut out: Vec<String> = Vec::new();
+    for issue in group.iter().take(4) {
+        let axis = issue
+            .channel
+            .as_deref()
+            .and_then(|c| c.split_once('_'))
+            .map_or("", |(_, a)| a);
+        let frequency = issue
+            .text
+            .strip_prefix("a line at ")
+            .and_then(|t| t.split_once(" Hz"))
+            .and_then(|(f, _)| f.parse::<f64>().ok());
+        match frequency {
+            Some(f) => out.push(format!("{} Hz on {axis}", general(f, 4))),
+            None => out.push(issue.text.clone()),
+        }
+    }
+    let mut text = out.join(", ");
+    if group.len() > 4 {
+        text.push_str(&format!(" and {} more", group.len() - 4));
+    }
+    text.push_str("; may be aliased");
+    text
+}
+
+/// What the logs could not tell, what ± means.
+fn closing(logs: &[LogOutcome], out: &mut Document) {
+    out.blank();
+    out.paragraph("± is half the 95 % interval. B is the coefficient; the Allan floor is 0.664 B.");
+    let mut unknown = Vec::new();
+    if logs.iter().all(|l| l.temperature_c.is_none()) {
+        unknown.push("temperature effects (no temperature channel)");
+    }
+    if logs.len() == 1 {
+        unknown.push("run-to-run bias (one run)");
+    }
+    unknown.push("scale factor");
+    unknown.push("misalignment");
+    unknown.push("g-sensitivity (it lay still)");
+    let which = if logs.len() == 1 {
+        "this log"
+    } else {
+        "these logs"
+    };
+    out.paragraph(format!("Not told by {which}: {}.", unknown.join(", ")));
+    let grows = logs.iter().flat_map(|l| &l.axes).any(|a| {
+        a.estimate
+            .as_ref()
+            .is_some_and(|e| e.fitted.flicker > 0.0 || e.fitted.random_walk > 0.0)
+    });
+    if grows {
+        out.paragraph(
+            "The mean's ± is its scatter about the bias at the start, which grows with the run.",
+        );
+    }
+}
+
+/// Facts of a log for pages: length, rate, samples.
+pub(super) fn facts(log: &LogOutcome) -> Vec<(String, String)> {
+    vec![
+        ("length".to_owned(), duration(log.duration_s)),
+        ("rate".to_owned(), format!("{} Hz", general(log.rate_hz, 5))),
+        (
+            "samples".to_owned(),
+            group_thousands(&log.samples.to_string()),
+        ),
+        ("starts at".to_owned(), clock(0.0)),
+    ]
+}

@@ -1,0 +1,439 @@
+//! How long a log must be for a wanted precision, or what a length reaches, for each axis of a model.
+//!
+//! Relative σ = √(J⁻¹)_aa of every non-zero random term, all of them and the mean unknown: [`sagnac_analysis::plan`].
+
+use crate::characterize::key_of;
+use crate::{Error, noise_terms};
+use sagnac_analysis::fit::{NoiseTerms, Term};
+use sagnac_analysis::plan::{
+    PlannedTerm, Precision, duration_for, mean_error, mean_saturates, precision,
+};
+use sagnac_core::Sensor;
+use sagnac_model::Model;
+use sagnac_report::text::{Cell, Document, Table, Unit, duration, general};
+use serde_json::{Map, Value, json};
+
+/// What is wanted.
+#[derive(Debug, Clone)]
+pub enum Wanted {
+    /// What a log of this length [s] reaches.
+    Duration(f64),
+    /// The shortest log that reaches every precision: a list like `angle_random_walk=2%, bias_instability=10%`.
+    Precision(String),
+}
+
+/// One axis with noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedAxis {
+    /// Channel: `gyro_x`.
+    pub axis: String,
+    /// Gyro or accelerometer.
+    pub sensor: Sensor,
+    /// Its terms.
+    pub terms: NoiseTerms,
+    /// What the planned length reaches.
+    pub precision: Precision,
+    /// Standard error of the mean over the planned length [SI].
+    pub mean_sigma: f64,
+    /// Length [s] from which doubling it betters the mean by less than 10 %.
+    pub mean_saturates_s: Option<f64>,
+}
+
+/// The plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Length [s].
+    pub duration_s: f64,
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// Every axis with noise.
+    pub axes: Vec<PlannedAxis>,
+    /// Other lengths [s] with what they reach, an entry an axis.
+    pub curve: Vec<(f64, Vec<Precision>)>,
+    /// The term that decides the length: axis, JSON name, and the length [s] that it alone needs.
+    pub decides: Vec<(String, String, f64)>,
+}
+
+/// Lengths of the curve [s]: 10 min to 1 day.
+const CURVE_S: [f64; 9] = [
+    600.0, 1800.0, 3600.0, 7200.0, 14_400.0, 28_800.0, 43_200.0, 64_800.0, 86_400.0,
+];
+
+/// Plans the length of a log of the model's sensor at `rate_hz` (none: the model's, else 100 Hz).
+///
+/// # Errors
+/// A model without noise; a name that is no term or that no axis has; a precision that a year does not reach.
+pub fn plan(model: &Model, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Plan, Error> {
+    let rate_hz = rate_hz.or_else(|| model.sample_rate_hz()).unwrap_or(100.0);
+    let step_s = 1.0 / rate_hz;
+    let mut axes = Vec::new();
+    for sensor in Sensor::ALL {
+        for index in 0..3 {
+            let terms = noise_terms::of_axis(model, sensor, index);
+            let any = terms.quantization > 0.0
+                || terms.white > 0.0
+                || terms.flicker > 0.0
+                || terms.random_walk > 0.0
+                || terms.gauss_markov.iter().any(|g| g.0 > 0.0);
+            if any {
+                let axis = format!("{}_{}", sensor.key(), ["x", "y", "z"][index]);
+                axes.push((axis, sensor, terms));
+            }
+        }
+    }
+    if axes.is_empty() {
+        return Err(model.missing("random terms", None).into());
+    }
+    let mut decides = Vec::new();
+    let duration_s = match wanted {
+        Wanted::Duration(d) => *d,
+        Wanted::Precision(list) => {
+            let parsed = wanted_precisions(list)?;
+            for (name, limit) in &parsed {
+                let mut found = false;
+                for (axis, sensor, terms) in &axes {
+                    for term in planned(name, *sensor, terms) {
+                        found = true;
+                        let Some(d) = duration_for(terms, step_s, &[(term, *limit)]) else {
+                            return Err(Error::data(format!(
+                                "{name} of {axis} does not reach {} % in a year",
+                                general(100.0 * limit, 3)
+                            ))
+                            .at(model.label().to_owned())
+                            .advise("ask for less, or leave the term out"));
+                        };
+                        decides.push((axis.clone(), name.clone(), d));
+                    }
+                }
+                if !found {
+                    return Err(Error::data(format!("no axis of the model has {name}"))
+                        .at(model.label().to_owned())
+                        .advise("ask for a term that it has, or add the term to the model"));
+                }
+            }
+            decides.sort_by(|a, b| b.2.total_cmp(&a.2));
+            decides.first().map_or(0.0, |d| d.2)
+        }
+    };
+    let curve = CURVE_S
+        .iter()
+        .map(|&d| {
+            (
+                d,
+                axes.iter()
+                    .map(|(_, _, t)| precision(t, d, step_s))
+                    .collect(),
+            )
+        })
+        .collect();
+    let axes = axes
+        .into_iter()
+        .map(|(axis, sensor, terms)| PlannedAxis {
+            axis,
+            sensor,
+            precision: precision(&terms, duration_s, step_s),
+            mean_sigma: mean_error(&terms, duration_s, step_s),
+            mean_saturates_s: mean_saturates(&terms, step_s),
+            terms,
+        })
+        .collect();
+    Ok(Plan {
+        duration_s,
+        rate_hz,
+        axes,
+        curve,
+        decides,
+    })
+}
+
+/// Names and parts of a list like `angle_random_walk=2%, bias_instability=0.1`.
+///
+/// # Errors
+/// A name that is no term, a precision that is no positive number.
+pub fn wanted_precisions(list: &str) -> Result<Vec<(String, f64)>, Error> {
+    let names = [
+        "quantization",
+        "angle_random_walk",
+        "velocity_random_walk",
+        "bias_instability",
+        "rate_random_walk",
+        "acceleration_random_walk",
+        "rate_ramp",
+        "acceleration_ramp",
+        "gauss_markov",
+        "correlation_time",
+    ];
+    let usage = |what: String| {
+        Error::usage(what)
+            .at(list.to_owned())
+            .advise("write for instance 'angle_random_walk=2%, bias_instability=10%'")
+    };
+    let mut out = Vec::new();
+    for part in list.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+        let Some((name, value)) = part.split_once('=') else {
+            return Err(usage(format!("`{part}` names no precision")));
+        };
+        let (name, value) = (name.trim(), value.trim());
+        if !names.contains(&name) {
+            let error = Error::usage(format!("unknown term `{name}`")).at(list.to_owned());
+            return Err(error.advise(match sagnac_model::suggest(name, names) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("terms are {}", names.join(", ")),
+            }));
+        }
+        let (digits, unit) = match value.strip_suffix('%') {
+            Some(digits) => (digits.trim(), 0.01),
+            None => (value, 1.0),
+        };
+        match digits.parse::<f64>().map(|v| v * unit) {
+            Ok(v) if v.is_finite() && v > 0.0 => out.push((name.to_owned(), v)),
+            _ => return Err(usage(format!("`{value}` is no precision"))),
+        }
+    }
+    if out.is_empty() {
+        return Err(usage("no precision is named".to_owned()));
+    }
+    Ok(out)
+}
+
+/// The numbers of an axis that a name asks for; none where the axis has no such term.
+pub fn planned(name: &str, sensor: Sensor, terms: &NoiseTerms) -> Vec<PlannedTerm> {
+    for (term, planned, value) in [
+        (
+            Term::Quantization,
+            PlannedTerm::Quantization,
+            terms.quantization,
+        ),
+        (Term::White, PlannedTerm::White, terms.white),
+        (Term::Flicker, PlannedTerm::Flicker, terms.flicker),
+        (Term::RandomWalk, PlannedTerm::RandomWalk, terms.random_walk),
+        (Term::Ramp, PlannedTerm::Ramp, terms.ramp),
+    ] {
+        if key_of(sensor, term) == name && value != 0.0 {
+            return vec![planned];
+        }
+    }
+    let markov = (0..terms.gauss_markov.len()).filter(|&i| terms.gauss_markov[i].0 > 0.0);
+    match name {
+        "gauss_markov" => markov.map(PlannedTerm::Sigma).collect(),
+        "correlation_time" => markov.map(PlannedTerm::CorrelationTime).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn terms_json(sensor: Sensor, terms: &NoiseTerms, p: &Precision) -> Value {
+    let mut out = Map::new();
+    let relative = |v: Option<f64>| json!({ "relative_sigma": v });
+    for (term, value, sigma) in [
+        (Term::Quantization, terms.quantization, p.quantization),
+        (Term::White, terms.white, p.white),
+        (Term::Flicker, terms.flicker, p.flicker),
+        (Term::RandomWalk, terms.random_walk, p.random_walk),
+        (Term::Ramp, terms.ramp, p.ramp),
+    ] {
+        if value != 0.0 {
+            out.insert(key_of(sensor, term).into(), relative(sigma));
+        }
+    }
+    if terms.gauss_markov.iter().any(|g| g.0 > 0.0) {
+        let list: Vec<Value> = p
+            .gauss_markov
+            .iter()
+            .map(|&(sigma, time)| {
+                json!({ "sigma": relative(sigma), "correlation_time": relative(time) })
+            })
+            .collect();
+        out.insert("gauss_markov".into(), list.into());
+    }
+    Value::Object(out)
+}
+
+impl Plan {
+    /// Keys as scripts rely on them.
+    pub fn to_json(&self) -> Value {
+        let axes: Vec<Value> = self
+            .axes
+            .iter()
+            .map(|a| {
+                json!({
+                    "axis": a.axis,
+                    "terms": terms_json(a.sensor, &a.terms, &a.precision),
+                    "mean_sigma": a.mean_sigma,
+                    "mean_saturates_s": a.mean_saturates_s,
+                })
+            })
+            .collect();
+        let curve: Vec<Value> = self
+            .curve
+            .iter()
+            .map(|(d, list)| {
+                let axes: Vec<Value> = self
+                    .axes
+                    .iter()
+                    .zip(list)
+                    .map(|(a, p)| json!({ "axis": a.axis, "terms": terms_json(a.sensor, &a.terms, p) }))
+                    .collect();
+                json!({ "duration_s": d, "axes": axes })
+            })
+            .collect();
+        json!({
+            "duration_s": self.duration_s,
+            "rate_hz": self.rate_hz,
+            "axes": axes,
+            "curve": curve,
+        })
+    }
+
+    /// Axes that have the same numbers, under one name: `gyro`, `gyro x`.
+    fn groups(&self) -> Vec<(String, usize)> {
+        let mut out = Vec::new();
+        for sensor in Sensor::ALL {
+            let own: Vec<usize> = (0..self.axes.len())
+                .filter(|&i| self.axes[i].sensor == sensor)
+                .collect();
+            let Some(&first) = own.first() else { continue };
+            if own
+                .iter()
+                .all(|&i| self.axes[i].terms == self.axes[first].terms)
+            {
+                out.push((sensor.key().to_owned(), first));
+            } else {
+                out.extend(
+                    own.iter()
+                        .map(|&i| (self.axes[i].axis.replace('_', " "), i)),
+                );
+            }
+        }
+        out
+    }
+
+    /// As a terminal shows it.
+    pub fn document(&self) -> Document {
+        let mut out = Document::new();
+        out.paragraph(self.answer());
+        for (name, index) in self.groups() {
+            out.blank();
+            out.table(self.table(&name, index));
+        }
+        out.blank();
+        for (name, index) in self.groups() {
+            let axis = &self.axes[index];
+            let unit = match axis.sensor {
+                Sensor::Gyro => Unit::DEG_PER_H,
+                Sensor::Accel => Unit::MICRO_G,
+            };
+            let mean = general(axis.mean_sigma * unit.per_si, 3);
+            let mut text = format!(
+                "The mean of {name} is known to {mean} {} (1 sigma) in this time",
+                unit.text
+            );
+            match axis.mean_saturates_s {
+                Some(s) if s < self.duration_s => text.push_str(&format!(
+                    "; beyond {} more time no longer helps it, the other terms improve on.",
+                    duration(rounded(s))
+                )),
+                _ => text.push('.'),
+            }
+            out.paragraph(text);
+        }
+        out
+    }
+
+    fn answer(&self) -> String {
+        let head = format!(
+            "{} at {} Hz.",
+            duration(rounded(self.duration_s)),
+            general(self.rate_hz, 4)
+        );
+        let Some((axis, name, _)) = self.decides.first() else {
+            return head;
+        };
+        let mut text = format!(
+            "{head} {} of {} decides",
+            sagnac_report::text::term_name(name),
+            axis.replace('_', " ")
+        );
+        // The other term that was asked for, and what it alone needs.
+        if let Some((_, other, need)) = self.decides.iter().find(|d| d.1 != *name) {
+            text.push_str(&format!(
+                "; {} needs {}",
+                sagnac_report::text::term_name(other).to_lowercase(),
+                duration(rounded(*need))
+            ));
+        }
+        text.push('.');
+        text
+    }
+
+    fn table(&self, name: &str, index: usize) -> Table {
+        let axis = &self.axes[index];
+        let mut columns: Vec<(String, PlannedTerm)> = Vec::new();
+        for (symbol, term, value) in [
+            ("Q", PlannedTerm::Quantization, axis.terms.quantization),
+            ("N", PlannedTerm::White, axis.terms.white),
+            ("B", PlannedTerm::Flicker, axis.terms.flicker),
+            ("K", PlannedTerm::RandomWalk, axis.terms.random_walk),
+            ("R", PlannedTerm::Ramp, axis.terms.ramp),
+        ] {
+            if value != 0.0 {
+                columns.push((format!("{symbol}, 1 sigma"), term));
+            }
+        }
+        for i in 0..axis.terms.gauss_markov.len().min(2) {
+            columns.push(("GM sigma".to_owned(), PlannedTerm::Sigma(i)));
+            columns.push(("GM time".to_owned(), PlannedTerm::CorrelationTime(i)));
+        }
+        let first = format!("{name}, length");
+        let mut heading: Vec<&str> = vec![&first];
+        heading.extend(columns.iter().map(|c| c.0.as_str()));
+        let mut table = Table::new(&heading, &[]);
+        let mut lengths: Vec<(f64, &Precision)> = self
+            .curve
+            .iter()
+            .filter(|(d, _)| [600.0, 3600.0, 14_400.0, 86_400.0].contains(d))
+            .map(|(d, list)| (*d, &list[index]))
+            .collect();
+        if !lengths
+            .iter()
+            .any(|(d, _)| (d / self.duration_s - 1.0).abs() < 1e-6)
+        {
+            lengths.push((self.duration_s, &axis.precision));
+        }
+        lengths.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (d, p) in lengths {
+            let mut row: Vec<Cell> = vec![duration(rounded(d)).into()];
+            row.extend(columns.iter().map(|(_, term)| -> Cell {
+                p.of(*term)
+                    .map_or_else(|| "not yet".to_owned(), percent)
+                    .into()
+            }));
+            table.row(row);
+        }
+        table
+    }
+}
+
+fn percent(share: f64) -> String {
+    let p = 100.0 * share;
+    if p < 1.95 {
+        format!("{p:.1} %")
+    } else {
+        format!("{p:.0} %")
+    }
+}
+
+/// A length to about one per cent, in whole minutes or seconds.
+fn rounded(seconds: f64) -> f64 {
+    let unit = if seconds > 36_000.0 {
+        600.0
+    } else if seconds > 3000.0 {
+        60.0
+    } else {
+        1.0
+    };
+    if seconds < 60.0 {
+        seconds
+    } else {
+        (seconds / unit).round() * unit
+    }
+}
