@@ -23,6 +23,7 @@ pub mod plan;
 pub mod response;
 pub mod strapdown;
 pub mod table;
+pub mod simulate;
 
 pub use error::{Error, Kind};
 

@@ -1,0 +1,318 @@
+//! One run: truth through the sensor with its draws, noise and output stage, block by block.
+//!
+//! y = round(saturate(lowpass(b + (I + M)u + N(u) + random terms))) (model.md §2). Each axis has its
+//! own generators, so that axes can be worked by several threads without a change of any sample.
+
+use rayon::prelude::*;
+use sagnac_core::{Draw, Measurement, OffDiagonal, OutputStage, Sensor, SensorModel, Truth};
+use sagnac_model::Model;
+use sagnac_noise::{AxisGenerator, Purpose, StreamKey, TermSet};
+
+use super::source::TruthRows;
+use crate::Error;
+
+/// Rows to a piece of the deterministic part.
+const PIECE: usize = 1024;
+
+/// What a run is made of, the same for all runs.
+pub(super) struct Recipe {
+    pub(super) core: SensorModel<f64>,
+    pub(super) terms: TermSet,
+    pub(super) seed: u64,
+    pub(super) dt_s: f64,
+    pub(super) run_length_s: f64,
+    /// Whether gyro and accelerometer are in the output.
+    pub(super) present: [bool; 2],
+    pub(super) with_drift: bool,
+}
+
+/// The samples of one axis.
+struct AxisRun {
+    noise: AxisGenerator,
+    /// The draw of the bias, for `bias_*` of the truth.
+    bias_draw: f64,
+    total: Vec<f64>,
+    drift: Vec<f64>,
+}
+
+/// One triad of a run.
+struct SensorRun {
+    sensor: Sensor,
+    axes: [AxisRun; 3],
+    /// Deterministic part, then the output.
+    output: [Vec<f64>; 3],
+    stage: Option<OutputStage<f64>>,
+    limits: [f64; 3],
+    clipped: [u64; 3],
+}
+
+/// A run in progress.
+pub(super) struct Run {
+    sensors: Vec<SensorRun>,
+    measurement: Measurement<f64>,
+    core: SensorModel<f64>,
+    dt_s: f64,
+    with_drift: bool,
+    /// Samples outside the temperature range.
+    pub(super) too_cold_or_hot: u64,
+}
+
+/// The draws of a run, from streams of their own.
+pub(super) fn draw(model: &Model, sensor: Sensor, seed: u64, run: u32) -> Draw<f64> {
+    let sigma = model.stability(sensor);
+    let key = |axis: usize| StreamKey {
+        seed,
+        run,
+        sensor: sensor.index() as u8,
+        axis: axis as u8,
+    };
+    let scaled = |sigma: f64, axis: usize, purpose, place| {
+        // A term that is zero must not turn into −0.
+        if sigma == 0.0 {
+            0.0
+        } else {
+            sigma * key(axis).draw(purpose, place)
+        }
+    };
+    let three =
+        |sigma: [f64; 3], purpose| [0, 1, 2].map(|axis| scaled(sigma[axis], axis, purpose, 0));
+    let places = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
+    let mut misalignment = [0.0; 6];
+    for ((value, sigma), (row, column)) in
+        misalignment.iter_mut().zip(sigma.misalignment).zip(places)
+    {
+        *value = scaled(sigma, row, Purpose::MisalignmentDraw, column);
+    }
+    Draw {
+        bias: three(sigma.bias, Purpose::BiasDraw),
+        scale_factor: three(sigma.scale_factor, Purpose::ScaleFactorDraw),
+        misalignment: OffDiagonal::from_array(misalignment),
+    }
+}
+
+impl Run {
+    /// Run number `run`, from 1.
+    pub(super) fn new(model: &Model, recipe: &Recipe, run: u32) -> Result<Self, Error> {
+        let draws = Sensor::ALL.map(|sensor| {
+            if recipe.terms.has("stability") {
+                draw(model, sensor, recipe.seed, run)
+            } else {
+                Draw::default()
+            }
+        });
+        let mut core = recipe.core.with_draws(&draws[0], &draws[1]);
+        if !recipe.present[0] {
+            core = core.without_gyro();
+        }
+        if !recipe.present[1] {
+            core = core.without_accel();
+        }
+        let mut sensors = Vec::new();
+        for (sensor, draw) in Sensor::ALL.into_iter().zip(&draws) {
+            if !recipe.present[sensor.index()] {
+                continue;
+            }
+            let triad = core.triad(sensor);
+            let axis = |axis: usize| {
+                let key = StreamKey {
+                    seed: recipe.seed,
+                    run,
+                    sensor: sensor.index() as u8,
+                    axis: axis as u8,
+                };
+                Ok::<_, Error>(AxisRun {
+                    noise: AxisGenerator::new(
+                        &model.axis_noise(sensor, axis),
+                        recipe.terms,
+                        recipe.dt_s,
+                        recipe.run_length_s,
+                        key,
+                    )
+                    .map_err(|error| {
+                        Error::from(error).at(format!(
+                            "{}, {} {}",
+                            model.label(),
+                            sensor.key(),
+                            ["x", "y", "z"][axis]
+                        ))
+                    })?,
+                    bias_draw: draw.bias[axis],
+                    total: Vec::new(),
+                    drift: Vec::new(),
+                })
+            };
+            sensors.push(SensorRun {
+                sensor,
+                axes: [axis(0)?, axis(1)?, axis(2)?],
+                output: Default::default(),
+                stage: None,
+                limits: [0, 1, 2].map(|axis| {
+                    let limit = triad.range.limit[axis];
+                    triad.resolution.largest_output(axis, limit, recipe.dt_s) * (1.0 - 1e-9)
+                }),
+                clipped: [0; 3],
+            });
+        }
+        Ok(Self {
+            sensors,
+            measurement: Measurement::new(&core),
+            core,
+            dt_s: recipe.dt_s,
+            with_drift: recipe.with_drift,
+            too_cold_or_hot: 0,
+        })
+    }
+
+    /// The sensor's output for these rows.
+    pub(super) fn advance(&mut self, truth: &TruthRows) {
+        self.deterministic(truth);
+        let with_drift = self.with_drift;
+        self.sensors.par_iter_mut().for_each(|sensor| {
+            sensor.axes.par_iter_mut().for_each(|axis| {
+                axis.total.resize(truth.rows, 0.0);
+                if with_drift {
+                    axis.drift.resize(truth.rows, 0.0);
+                    axis.noise.fill(&mut axis.total, Some(&mut axis.drift));
+                } else {
+                    axis.noise.fill(&mut axis.total, None);
+                }
+            });
+        });
+        let (core, dt_s) = (&self.core, self.dt_s);
+        self.sensors
+            .par_iter_mut()
+            .for_each(|sensor| sensor.put_out(core, dt_s));
+        if let Some([low, high]) = self.core.temperature_range_c
+            && self.core.depends_on_temperature()
+        {
+            self.too_cold_or_hot += truth
+                .temperature
+                .iter()
+                .filter(|t| **t < low || **t > high)
+                .count() as u64;
+        }
+    }
+
+    /// b + (I + M)u + N(u) of every row.
+    fn deterministic(&mut self, truth: &TruthRows) {
+        let sample = |k: usize| Truth {
+            specific_force: [0, 1, 2].map(|axis| truth.force[axis][k]),
+            angular_rate: [0, 1, 2].map(|axis| truth.rate[axis][k]),
+            angular_acceleration: [0, 1, 2].map(|axis| truth.rate_dot[axis][k]),
+            temperature_c: truth.temperature[k],
+        };
+        let measurement = &self.measurement;
+        if truth.is_constant {
+            let reading = measurement.corrupt(&sample(0));
+            for sensor in &mut self.sensors {
+                let value = [reading.gyro, reading.accel][sensor.sensor.index()];
+                for (column, value) in sensor.output.iter_mut().zip(value) {
+                    column.clear();
+                    column.resize(truth.rows, value);
+                }
+            }
+            return;
+        }
+        for column in self
+            .sensors
+            .iter_mut()
+            .flat_map(|sensor| &mut sensor.output)
+        {
+            column.resize(truth.rows, 0.0);
+        }
+        let mut pieces: Vec<Vec<(usize, [&mut [f64]; 3])>> = Vec::new();
+        for sensor in &mut self.sensors {
+            let which = sensor.sensor.index();
+            let [x, y, z] = &mut sensor.output;
+            let parts = x
+                .chunks_mut(PIECE)
+                .zip(y.chunks_mut(PIECE))
+                .zip(z.chunks_mut(PIECE));
+            for (piece, ((x, y), z)) in parts.enumerate() {
+                if pieces.len() <= piece {
+                    pieces.push(Vec::new());
+                }
+                pieces[piece].push((which, [x, y, z]));
+            }
+        }
+        pieces
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(piece, mut sensors)| {
+                let first = piece * PIECE;
+                for k in first..(first + PIECE).min(truth.rows) {
+                    let reading = measurement.corrupt(&sample(k));
+                    for (which, columns) in &mut sensors {
+                        let value = [reading.gyro, reading.accel][*which];
+                        for (column, value) in columns.iter_mut().zip(value) {
+                            column[k - first] = value;
+                        }
+                    }
+                }
+            });
+    }
+
+    /// Whether gyro and accelerometer are in it.
+    pub(super) fn present(&self) -> [bool; 2] {
+        Sensor::ALL.map(|sensor| self.sensors.iter().any(|run| run.sensor == sensor))
+    }
+
+    /// The output columns, gyro before accelerometer.
+    pub(super) fn columns(&self) -> impl Iterator<Item = &Vec<f64>> {
+        self.sensors.iter().flat_map(|sensor| &sensor.output)
+    }
+
+    /// Draw plus in-run drift, gyro before accelerometer.
+    pub(super) fn biases(&self) -> impl Iterator<Item = Vec<f64>> {
+        self.sensors
+            .iter()
+            .flat_map(|sensor| &sensor.axes)
+            .map(|axis| {
+                axis.drift
+                    .iter()
+                    .map(|drift| axis.bias_draw + drift)
+                    .collect()
+            })
+    }
+
+    /// Samples at the end of the range, by channel.
+    pub(super) fn clipped(&self) -> impl Iterator<Item = (String, u64, f64)> {
+        self.sensors.iter().flat_map(|sensor| {
+            (0..3).map(move |axis| {
+                let name = format!("{}_{}", sensor.sensor.key(), ["x", "y", "z"][axis]);
+                (name, sensor.clipped[axis], sensor.limits[axis])
+            })
+        })
+    }
+}
+
+impl SensorRun {
+    /// Adds the random terms and passes the sum through low-pass, saturation and rounding.
+    fn put_out(&mut self, core: &SensorModel<f64>, dt_s: f64) {
+        let [x, y, z] = &mut self.output;
+        if x.is_empty() {
+            return;
+        }
+        let triad = core.triad(self.sensor);
+        let stage = self
+            .stage
+            .get_or_insert_with(|| OutputStage::new(triad, dt_s, [x[0], y[0], z[0]]));
+        for (column, axis) in [&mut *x, &mut *y, &mut *z].into_iter().zip(&self.axes) {
+            if !axis.noise.is_silent() {
+                for (value, noise) in column.iter_mut().zip(&axis.total) {
+                    *value += noise;
+                }
+            }
+        }
+        if stage.is_transparent() {
+            return;
+        }
+        for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+            let out = stage.next_sample([*x, *y, *z]);
+            [*x, *y, *z] = out;
+            for axis in 0..3 {
+                self.clipped[axis] += u64::from(out[axis].abs() >= self.limits[axis]);
+            }
+        }
+    }
+}

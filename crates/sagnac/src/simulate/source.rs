@@ -1,0 +1,384 @@
+//! Where the truth of a run comes from: a trajectory, or a log of true specific force and rate.
+
+use rayon::prelude::*;
+use sagnac_core::Sensor;
+use sagnac_log::{Block, LogReader, Stamp, Stamps};
+use sagnac_nav::{Motion, Trajectory, TruthSample};
+
+use super::slope::slopes;
+use super::temperature::TemperatureProfile;
+use crate::Error;
+
+/// Rows that are made at a time.
+pub(super) const ROWS: usize = 8192;
+
+/// Rows of truth, a column a channel; what a log lacks stays empty.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TruthRows {
+    pub(super) rows: usize,
+    pub(super) stamps: Stamps,
+    pub(super) rate: [Vec<f64>; 3],
+    pub(super) force: [Vec<f64>; 3],
+    pub(super) rate_dot: [Vec<f64>; 3],
+    pub(super) temperature: Vec<f64>,
+    pub(super) motion: Vec<Motion>,
+    /// All rows equal one another and those before.
+    pub(super) is_constant: bool,
+}
+
+/// A run's truth, block by block.
+pub(super) trait TruthSource {
+    /// The next rows; `false` with no rows at the end.
+    fn next_rows(&mut self, rows: &mut TruthRows) -> Result<bool, Error>;
+}
+
+/// What both sources need to know.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    pub(super) rate_hz: f64,
+    /// `None` where the log does not tell its length before its end.
+    pub(super) samples: Option<u64>,
+    /// When the run ends, s, where that is known.
+    pub(super) end_s: Option<f64>,
+    pub(super) temperature: Option<TemperatureProfile>,
+    pub(super) reference_temperature_c: f64,
+    pub(super) with_motion: bool,
+}
+
+impl Plan {
+    pub(super) fn dt_s(&self) -> f64 {
+        1.0 / self.rate_hz
+    }
+
+    fn stamp(&self, k: u64) -> Stamp {
+        let period = 1e9 / self.rate_hz;
+        if period.fract() == 0.0 && period < 1e12 {
+            Stamp::Nanoseconds((k as i64).saturating_mul(period as i64))
+        } else {
+            Stamp::Seconds(k as f64 / self.rate_hz)
+        }
+    }
+
+    fn mean_temperature(&self, from_s: f64, to_s: f64, end_s: f64) -> f64 {
+        self.temperature
+            .as_ref()
+            .map_or(self.reference_temperature_c, |profile| {
+                profile.mean_c(from_s, to_s, end_s)
+            })
+    }
+}
+
+/// Interval means of a trajectory.
+pub(super) struct TrajectorySource<'a> {
+    trajectory: &'a Trajectory,
+    plan: Plan,
+    samples: u64,
+    done: u64,
+    buffer: Vec<TruthSample>,
+}
+
+impl<'a> TrajectorySource<'a> {
+    pub(super) fn new(trajectory: &'a Trajectory, plan: Plan) -> Self {
+        let samples = plan.samples.unwrap_or(0);
+        Self {
+            trajectory,
+            plan,
+            samples,
+            done: 0,
+            buffer: Vec::new(),
+        }
+    }
+}
+
+impl TruthSource for TrajectorySource<'_> {
+    fn next_rows(&mut self, rows: &mut TruthRows) -> Result<bool, Error> {
+        // The pieces are the same for any number of threads.
+        const PIECE: usize = 512;
+        let count = usize::try_from(self.samples - self.done)
+            .unwrap_or(usize::MAX)
+            .min(ROWS);
+        rows.rows = count;
+        if count == 0 {
+            return Ok(false);
+        }
+        let dt = self.plan.dt_s();
+        let end = self.plan.end_s.unwrap_or(self.samples as f64 * dt);
+        rows.stamps.clear();
+        for k in 1..=count as u64 {
+            rows.stamps.push(self.plan.stamp(self.done + k));
+        }
+        let is_rest = self.trajectory.is_rest();
+        let is_steady = self
+            .plan
+            .temperature
+            .as_ref()
+            .is_none_or(|t| t.constant().is_some());
+        let same = is_rest && rows.force[0].len() == count;
+        if !same {
+            self.buffer.resize(count, TruthSample::default());
+            let (trajectory, done) = (self.trajectory, self.done);
+            self.buffer
+                .par_chunks_mut(PIECE)
+                .enumerate()
+                .for_each(|(piece, part)| {
+                    let mut samples = trajectory.samples(dt);
+                    samples.seek(done + (piece * PIECE) as u64);
+                    samples.fill(part);
+                });
+            for axis in 0..3 {
+                let column = |to: &mut Vec<f64>, of: fn(&TruthSample) -> [f64; 3]| {
+                    to.clear();
+                    to.extend(self.buffer.iter().map(|sample| of(sample)[axis]));
+                };
+                column(&mut rows.force[axis], |s| s.force_m_s2);
+                column(&mut rows.rate[axis], |s| s.rate_rad_s);
+                column(&mut rows.rate_dot[axis], |s| s.rate_dot_rad_s2);
+            }
+        }
+        rows.is_constant = is_rest && is_steady;
+        let from = |k: usize| (self.done + k as u64) as f64 * dt;
+        rows.temperature.clear();
+        rows.temperature
+            .extend((0..count).map(|k| self.plan.mean_temperature(from(k), from(k + 1), end)));
+        rows.motion.clear();
+        if self.plan.with_motion {
+            let times: Vec<f64> = (1..=count).map(from).collect();
+            times
+                .par_iter()
+                .map(|t| self.trajectory.motion(*t))
+                .collect_into_vec(&mut rows.motion);
+        }
+        self.done += count as u64;
+        Ok(true)
+    }
+}
+
+/// Which channels a log of truth has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Channels {
+    pub(super) rate: Option<[usize; 3]>,
+    pub(super) force: Option<[usize; 3]>,
+    pub(super) rate_dot: Option<[usize; 3]>,
+    pub(super) temperature: Option<usize>,
+}
+
+impl Channels {
+    /// Finds the channels; a triad must be whole.
+    pub(super) fn of(layout: &sagnac_log::Layout) -> Result<Self, Error> {
+        let triad = |name: &str| {
+            let found = ["x", "y", "z"].map(|axis| layout.index(&format!("{name}_{axis}")));
+            match found {
+                [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+                [None, None, None] => Ok(None),
+                _ => {
+                    let missing = ["x", "y", "z"]
+                        .into_iter()
+                        .zip(found)
+                        .find(|(_, at)| at.is_none())
+                        .map_or("x", |(axis, _)| axis);
+                    Err(Error::data(format!(
+                        "the log has some of {name}_x, {name}_y, {name}_z, but no {name}_{missing}"
+                    ))
+                    .advise("give all three axes or none"))
+                }
+            }
+        };
+        let out = Self {
+            rate: triad(Sensor::Gyro.key())?,
+            force: triad(Sensor::Accel.key())?,
+            rate_dot: triad("gyro_rate")?,
+            temperature: layout.index("temperature"),
+        };
+        if out.rate.is_none() && out.force.is_none() {
+            return Err(Error::data("the log has neither gyro nor accelerometer channels").advise(
+                "name its columns, for instance --columns 'gyro=1,2,3:rad/s, accel=4,5,6:m/s^2'",
+            ));
+        }
+        Ok(out)
+    }
+}
+
+/// The truth of a log, in its own times.
+pub(super) struct LogSource {
+    reader: Box<dyn LogReader>,
+    channels: Channels,
+    plan: Plan,
+    block: Block,
+    /// Rows at hand: the last two given, and those to come.
+    stamps: Stamps,
+    time_s: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    origin: Option<Stamp>,
+    next: usize,
+    ended: bool,
+    read: u64,
+    /// Gaps met: how many, and the first one's time and length, s.
+    pub(super) gaps: (u64, Option<(f64, f64)>),
+}
+
+impl LogSource {
+    pub(super) fn new(reader: Box<dyn LogReader>, channels: Channels, plan: Plan) -> Self {
+        let count = reader.layout().channels.len();
+        Self {
+            reader,
+            channels,
+            plan,
+            block: Block::with_columns(count),
+            stamps: Stamps::default(),
+            time_s: Vec::new(),
+            columns: vec![Vec::new(); count],
+            origin: None,
+            next: 0,
+            ended: false,
+            read: 0,
+            gaps: (0, None),
+        }
+    }
+
+    /// Reads until `wanted` rows are at hand beyond the next one, or the log ends.
+    fn read_ahead(&mut self, wanted: usize) -> Result<(), Error> {
+        while !self.ended && self.time_s.len() < self.next + wanted {
+            if !self.reader.read_block(&mut self.block)? {
+                self.ended = true;
+                break;
+            }
+            let dt = self.plan.dt_s();
+            for k in 0..self.block.rows {
+                self.read += 1;
+                let stamp = self
+                    .block
+                    .stamps
+                    .get(k)
+                    .unwrap_or_else(|| self.plan.stamp(self.read));
+                let origin = *self.origin.get_or_insert(stamp);
+                let time = stamp.since(origin) + dt;
+                if let Some(last) = self.time_s.last() {
+                    let step = time - last;
+                    if step > 1.5 * dt {
+                        self.gaps.0 += 1;
+                        self.gaps.1.get_or_insert((last - dt, step));
+                    }
+                }
+                self.time_s.push(time);
+                self.stamps.push(stamp);
+            }
+            let used = self.channels.used();
+            for (index, (all, part)) in self.columns.iter_mut().zip(&self.block.columns).enumerate()
+            {
+                if !used.contains(&index) {
+                    continue;
+                }
+                let channel = &self.reader.layout().channels[index];
+                let first = self.read - self.block.rows as u64;
+                if let Some(bad) = part.iter().position(|value| !value.is_finite()) {
+                    return Err(Error::data(format!(
+                        "the truth in row {} is not a finite number",
+                        first + bad as u64 + 1
+                    ))
+                    .at(format!(
+                        "row {}, column {}",
+                        first + bad as u64 + 1,
+                        channel.name
+                    ))
+                    .advise("repair the row or cut it out with --start or --end"));
+                }
+                if channel.is_increment {
+                    all.extend(part.iter().map(|value| value / dt));
+                } else {
+                    all.extend_from_slice(part);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Forgets rows that nothing needs any more.
+    fn forget(&mut self) {
+        let old = self.next.saturating_sub(2);
+        if old == 0 {
+            return;
+        }
+        self.time_s.drain(..old);
+        self.stamps.keep(old..self.stamps.len());
+        let used = self.channels.used();
+        for (index, column) in self.columns.iter_mut().enumerate() {
+            if used.contains(&index) {
+                column.drain(..old);
+            }
+        }
+        self.next -= old;
+    }
+}
+
+impl Channels {
+    fn used(&self) -> Vec<usize> {
+        [self.rate, self.force, self.rate_dot]
+            .into_iter()
+            .flatten()
+            .flatten()
+            .chain(self.temperature)
+            .collect()
+    }
+}
+
+impl TruthSource for LogSource {
+    fn next_rows(&mut self, rows: &mut TruthRows) -> Result<bool, Error> {
+        self.forget();
+        self.read_ahead(ROWS + 2)?;
+        let count = (self.time_s.len() - self.next).min(ROWS);
+        rows.rows = count;
+        if count == 0 {
+            return Ok(false);
+        }
+        let range = self.next..self.next + count;
+        rows.stamps = self.stamps.clone();
+        rows.stamps.keep(range.clone());
+        let dt = self.plan.dt_s();
+        for axis in 0..3 {
+            let copy = |to: &mut Vec<f64>, triad: Option<[usize; 3]>| {
+                to.clear();
+                match triad {
+                    Some(triad) => {
+                        to.extend_from_slice(&self.columns[triad[axis]][range.clone()]);
+                    }
+                    None => to.resize(count, 0.0),
+                }
+            };
+            copy(&mut rows.rate[axis], self.channels.rate);
+            copy(&mut rows.force[axis], self.channels.force);
+            match (self.channels.rate_dot, self.channels.rate) {
+                (None, Some(rate)) => {
+                    rows.rate_dot[axis].clear();
+                    slopes(
+                        &self.time_s,
+                        &self.columns[rate[axis]],
+                        dt,
+                        range.clone(),
+                        &mut rows.rate_dot[axis],
+                    );
+                }
+                (given, _) => copy(&mut rows.rate_dot[axis], given),
+            }
+        }
+        rows.temperature.clear();
+        match (&self.plan.temperature, self.channels.temperature) {
+            (None, Some(column)) => {
+                rows.temperature
+                    .extend_from_slice(&self.columns[column][range.clone()]);
+            }
+            _ => {
+                let end = self.plan.end_s.unwrap_or(f64::INFINITY);
+                let times = &self.time_s[range.clone()];
+                rows.temperature.extend(
+                    times
+                        .iter()
+                        .map(|t| self.plan.mean_temperature(t - dt, *t, end)),
+                );
+            }
+        }
+        rows.motion.clear();
+        rows.is_constant = false;
+        self.next += count;
+        Ok(true)
+    }
+}
