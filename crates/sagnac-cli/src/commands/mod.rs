@@ -9,6 +9,8 @@ mod completions;
 pub(crate) mod drift;
 pub(crate) mod grade;
 mod plan;
+mod convert;
+mod info;
 mod response;
 pub(crate) mod strapdown;
 
@@ -33,6 +35,8 @@ pub(crate) enum Command {
     Compare(compare::Args),
     Completions(completions::Args),
     Plan(plan::Args),
+    Convert(convert::Args),
+    Info(info::Args),
     Response(response::Args),
 }
 
@@ -49,6 +53,8 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Compare(args) => compare::run(&args, context),
         Command::Plan(args) => plan::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
+        Command::Convert(args) => convert::run(&args, context),
+        Command::Info(args) => info::run(&args, context),
         Command::Response(args) => response::run(&args, context),
     }
 }

@@ -1,0 +1,235 @@
+//! `convert`: a log in another format, cut, turned, resampled only when asked.
+//!
+//! Resampling: y(t) = Σ x_k h(t − t_k)/Σ h(t − t_k), h a sinc of 0.45·min(f_in, f_out) under a Kaiser window (80 dB).
+
+mod resample;
+
+use sagnac_log::{Block, Issue, IssueKind, Layout, Log, LogReader, WriteFormat, WriteSeek, create};
+use sagnac_report::text::{Document, duration, general, group_thousands};
+use serde_json::{Value, json};
+
+use crate::Error;
+use crate::findings::{finding, number};
+
+/// What is wanted.
+#[derive(Debug, Clone)]
+pub struct ConvertRequest {
+    /// The format to write.
+    pub format: WriteFormat,
+    /// A new rate, with an anti-alias filter.
+    pub resample_hz: Option<f64>,
+}
+
+/// What was written.
+#[derive(Debug, Clone)]
+pub struct ConvertOutcome {
+    /// The source.
+    pub layout: Layout,
+    /// Rows written.
+    pub samples: u64,
+    /// Their rate.
+    pub rate_hz: f64,
+    /// samples/rate, or from the first to the last stamp and one interval.
+    pub duration_s: f64,
+    /// Gaps and steps back in the source; nothing was filled in.
+    pub issues: Vec<Issue>,
+    /// What the user has to know.
+    pub notes: Vec<String>,
+    first_s: f64,
+}
+
+/// Reads a log and writes it as another, in bounded memory unless it is resampled.
+///
+/// # Errors
+/// Those of reading and writing; a log without rows.
+pub fn convert(
+    reader: &mut dyn LogReader,
+    output: Box<dyn WriteSeek>,
+    request: &ConvertRequest,
+) -> Result<ConvertOutcome, Error> {
+    let holds_increments = reader.layout().channels.iter().any(|c| c.is_increment);
+    let mut watch = Watch::default();
+    if request.resample_hz.is_none() && !holds_increments {
+        let layout = reader.layout().clone();
+        let mut writer = create(request.format, output, &layout)?;
+        let mut block = Block::default();
+        while reader.read_block(&mut block)? {
+            watch.see(&block);
+            writer.write_block(&block)?;
+        }
+        let notes = writer.finish()?;
+        return watch.outcome(reader.layout().clone(), notes);
+    }
+    let mut log = Log::read(reader)?;
+    let source = log.layout.clone();
+    let mut notes = Vec::new();
+    if let Some(rate) = request.resample_hz {
+        let (resampled, note) = resample::resample(&log, rate)?;
+        log = resampled;
+        notes.push(note);
+    }
+    let mut writer = create(request.format, output, &log.layout)?;
+    for block in log.blocks() {
+        watch.see(&block);
+        writer.write_block(&block)?;
+    }
+    notes.extend(writer.finish()?);
+    let mut outcome = watch.outcome(
+        Layout {
+            rate_hz: log.layout.rate_hz,
+            ..source
+        },
+        notes,
+    )?;
+    if let Some(rate) = request.resample_hz {
+        outcome.rate_hz = rate;
+    }
+    Ok(outcome)
+}
+
+/// Follows the stamps of a stream.
+#[derive(Default)]
+struct Watch {
+    rows: u64,
+    first: Option<sagnac_log::Stamp>,
+    last: f64,
+    dt_s: Option<f64>,
+    steps: f64,
+    regular: u64,
+    issues: Vec<Issue>,
+    more: u64,
+}
+
+impl Watch {
+    fn see(&mut self, block: &Block) {
+        self.rows += block.rows as u64;
+        let Some(origin) = block.stamps.get(0) else {
+            return;
+        };
+        let first = *self.first.get_or_insert(origin);
+        let times = block.stamps.since(first);
+        if self.dt_s.is_none() {
+            let mut steps: Vec<f64> = times
+                .windows(2)
+                .map(|w| w[1] - w[0])
+                .filter(|s| *s > 0.0)
+                .collect();
+            steps.sort_unstable_by(f64::total_cmp);
+            self.dt_s = steps.get(steps.len() / 2).copied();
+        }
+        let dt = self.dt_s.unwrap_or(f64::INFINITY);
+        let is_first_block = self.rows == block.rows as u64;
+        for (k, &t) in times.iter().enumerate() {
+            let step = t - self.last;
+            if k > 0 || !is_first_block {
+                if step > 1.5 * dt {
+                    self.push(
+                        IssueKind::Gap,
+                        t - step,
+                        t,
+                        format!("{}; nothing was filled in", duration(step)),
+                    );
+                } else if step < 0.0 {
+                    self.push(
+                        IssueKind::Backwards,
+                        t,
+                        t,
+                        format!("time goes back by {}", duration(-step)),
+                    );
+                } else if step > 0.0 {
+                    self.steps += step;
+                    self.regular += 1;
+                }
+            }
+            self.last = t;
+        }
+    }
+
+    fn push(&mut self, kind: IssueKind, start: f64, end: f64, text: String) {
+        if self.issues.len() >= 100 {
+            self.more += 1;
+            return;
+        }
+        let first = self.first.map_or(0.0, sagnac_log::Stamp::seconds);
+        let (start_s, end_s) = (first + start, first + end);
+        self.issues.push(Issue {
+            kind,
+            channel: Some("time".to_owned()),
+            start_s,
+            end_s,
+            count: 1,
+            text,
+        });
+    }
+
+    fn outcome(mut self, layout: Layout, mut notes: Vec<String>) -> Result<ConvertOutcome, Error> {
+        if self.rows == 0 {
+            return Err(Error::data("the log has no samples"));
+        }
+        if let (Some(last), true) = (self.issues.last_mut(), self.more > 0) {
+            last.text += &format!("; and {} more", self.more);
+        }
+        let dt = match layout.rate_hz {
+            Some(rate) => 1.0 / rate,
+            None if self.regular > 0 => self.steps / self.regular as f64,
+            None => f64::NAN,
+        };
+        let duration_s = if layout.has_time && self.first.is_some() {
+            self.last + dt
+        } else {
+            self.rows as f64 * dt
+        };
+        let mut all = layout.notes.clone();
+        all.append(&mut notes);
+        Ok(ConvertOutcome {
+            samples: self.rows,
+            rate_hz: 1.0 / dt,
+            duration_s,
+            issues: self.issues,
+            notes: all,
+            first_s: self.first.map_or(0.0, sagnac_log::Stamp::seconds),
+            layout,
+        })
+    }
+}
+
+impl ConvertOutcome {
+    /// The JSON document; `files` as they were named.
+    pub fn to_json(&self, files: &[String]) -> Value {
+        json!({
+            "files": files,
+            "samples": self.samples,
+            "rate_hz": number(self.rate_hz),
+            "duration_s": number(self.duration_s),
+            "issues": self.issues.iter().map(crate::findings::issue_json).collect::<Vec<_>>(),
+            "notes": self.notes,
+        })
+    }
+
+    /// The text, without the lines that name the files.
+    pub fn document(&self) -> Document {
+        let mut d = Document::new();
+        let topic = self.layout.topic.as_ref().map_or_else(
+            || self.layout.format.clone(),
+            |t| format!("{t}, {}", self.layout.format),
+        );
+        let samples = group_thousands(&self.samples.to_string());
+        d.paragraph(format!(
+            "{topic}: {samples} samples, {}, {} Hz.",
+            duration(self.duration_s),
+            general(self.rate_hz, 6)
+        ));
+        if let Some(frame) = &self.layout.frame {
+            d.paragraph(format!("Axes: {frame}."));
+        }
+        for note in &self.notes {
+            d.note(note.clone());
+        }
+        d.findings(
+            self.issues
+                .iter()
+                .map(|i| finding(i, self.first_s, self.duration_s)),
+        );
+        d
+    }
+}

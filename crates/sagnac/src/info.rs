@@ -1,0 +1,194 @@
+//! `info`: what is in a log, and is it sound?
+//!
+//! ```
+//! use sagnac::info::{InfoRequest, info};
+//! use sagnac::log::{ReadOptions, Source, read};
+//! let rows: String = (0..200).map(|k| format!("{},{}\n", k as f64 / 100.0, (k * 7919 % 13) as f64)).collect();
+//! let text = format!("time [s],gyro_x [mdps]\n{rows}");
+//! let log = read(Source::memory("a.csv", text.into()), &ReadOptions::default()).map_err(sagnac::Error::from)?;
+//! let outcome = info(&log, &InfoRequest::default())?;
+//! assert_eq!(outcome.to_json()["samples"], 200);
+//! # Ok::<(), sagnac::Error>(())
+//! ```
+
+mod quick;
+mod text;
+
+use sagnac_log::health::{self, ChannelHealth, Health, HealthOptions};
+use sagnac_log::{Issue, Layout, Log, Quantity};
+use sagnac_report::text::Document;
+use serde_json::{Value, json};
+
+use crate::Error;
+use crate::findings::{issue_json, number};
+
+/// What is known besides the log.
+#[derive(Debug, Clone, Default)]
+pub struct InfoRequest {
+    /// The sensor's model: its ranges tell saturation.
+    pub model: Option<sagnac_model::Model>,
+}
+
+/// What is in a log.
+#[derive(Debug, Clone)]
+pub struct InfoOutcome {
+    /// Format, channels, topics, notes.
+    pub layout: Layout,
+    /// Rows.
+    pub samples: usize,
+    /// 1/dt.
+    pub rate_hz: f64,
+    /// From the first to the last sample, and dt.
+    pub duration_s: f64,
+    /// A line a channel.
+    pub channels: Vec<ChannelInfo>,
+    /// Findings.
+    pub issues: Vec<Issue>,
+    /// Time of the first sample on the log's clock.
+    pub first_s: f64,
+    /// Whether the sensor was carried about: findings about a log at rest were then not looked for.
+    pub is_moving: bool,
+}
+
+/// One channel in numbers, in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelInfo {
+    /// Name.
+    pub name: String,
+    /// SI unit, or the source's own.
+    pub unit: String,
+    /// Mean of the finite values.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Step of the values' grid.
+    pub lsb: Option<f64>,
+}
+
+/// Says what is in `log`.
+///
+/// # Errors
+/// Time that never advances without a rate.
+pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
+    let range = |path: &str| {
+        request
+            .model
+            .as_ref()
+            .and_then(|m| m.triad(path))
+            .map(|r| r.iter().copied().fold(f64::INFINITY, f64::min))
+    };
+    let mut options = HealthOptions {
+        gyro_range_rad_s: range("gyro.range"),
+        accel_range_m_s2: range("accel.range"),
+        moving: false,
+    };
+    let mut health = health::check(log, &options)?;
+    let is_moving = is_carried(log, &health);
+    if is_moving {
+        options.moving = true;
+        health = health::check(log, &options)?;
+    }
+    let mut issues = health.issues.clone();
+    if !is_moving {
+        issues.extend(quick::issues(log, &health));
+    }
+    issues.sort_by(|a, b| a.kind.is_note().cmp(&b.kind.is_note()));
+    let channels = log
+        .layout
+        .channels
+        .iter()
+        .zip(&health.channels)
+        .map(|(c, h)| ChannelInfo {
+            name: c.name.clone(),
+            unit: c.unit.clone(),
+            mean: h.mean,
+            std: h.std,
+            min: h.min,
+            max: h.max,
+            lsb: h.lsb,
+        })
+        .collect();
+    Ok(InfoOutcome {
+        layout: log.layout.clone(),
+        samples: log.rows,
+        rate_hz: 1.0 / health.dt_s,
+        duration_s: health.duration_s,
+        channels,
+        issues,
+        first_s: health.first_s,
+        is_moving,
+    })
+}
+
+/// A sensor that is carried about moves far more between samples far apart than between neighbors.
+fn is_carried(log: &Log, health: &Health<'_>) -> bool {
+    let moves = |h: &ChannelHealth<'_>, least: f64| h.std > 20.0 * h.sigma_w && h.std > least;
+    log.layout
+        .channels
+        .iter()
+        .zip(&health.channels)
+        .any(|(c, h)| match c.quantity {
+            Quantity::AngularRate => moves(h, 0.05),
+            Quantity::SpecificForce => moves(h, 0.5),
+            _ => false,
+        })
+        || {
+            let quiet: usize = health
+                .channels
+                .iter()
+                .flat_map(|c| &c.quiet)
+                .map(|s| s.range.len())
+                .sum();
+            let all: usize = health
+                .channels
+                .iter()
+                .flat_map(|c| &c.segments)
+                .map(|s| s.range.len())
+                .sum();
+            2 * quiet < all
+        }
+}
+
+impl InfoOutcome {
+    /// The JSON document.
+    pub fn to_json(&self) -> Value {
+        let channels: Vec<Value> = self
+            .channels
+            .iter()
+            .map(|c| {
+                json!({
+                    "name": c.name, "unit": c.unit, "mean": number(c.mean), "std": number(c.std),
+                    "min": number(c.min), "max": number(c.max), "lsb": c.lsb,
+                })
+            })
+            .collect();
+        let topics: Vec<Value> = self
+            .layout
+            .topics
+            .iter()
+            .map(|t| json!({"name": t.name, "type": t.kind, "messages": t.messages, "inertial": t.is_inertial}))
+            .collect();
+        json!({
+            "format": self.layout.format,
+            "samples": self.samples,
+            "rate_hz": number(self.rate_hz),
+            "duration_s": number(self.duration_s),
+            "channels": channels,
+            "issues": self.issues.iter().map(issue_json).collect::<Vec<_>>(),
+            "topic": self.layout.topic,
+            "topics": topics,
+            "frame": self.layout.frame,
+            "notes": self.layout.notes,
+            "moving": self.is_moving,
+        })
+    }
+
+    /// The text.
+    pub fn document(&self) -> Document {
+        text::document(self)
+    }
+}

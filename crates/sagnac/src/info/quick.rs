@@ -1,0 +1,88 @@
+//! Findings that need a noise fit, from a quick one: filtered, line, bias_removed.
+
+use sagnac_analysis::fit::{AxisData, Candidates, FindingKind, FitOptions, Segment, estimate};
+use sagnac_log::health::Health;
+use sagnac_log::{Issue, IssueKind, Log, Quantity};
+
+/// Samples that the quick fit looks at.
+const MOST: usize = 1 << 20;
+
+pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
+    let mut out = Vec::new();
+    let mut gyro_means = Vec::new();
+    let mut candidates = Candidates {
+        gauss_markov: 0,
+        ..Candidates::default()
+    };
+    candidates.ramp = false;
+    let options = FitOptions {
+        candidates,
+        data_checks: true,
+    };
+    for (channel, h) in log.layout.channels.iter().zip(&health.channels) {
+        if !matches!(
+            channel.quantity,
+            Quantity::AngularRate | Quantity::SpecificForce
+        ) {
+            continue;
+        }
+        let mut left = MOST;
+        let mut segments: Vec<Segment<'_>> = Vec::new();
+        for s in &h.quiet {
+            let n = s.range.len().min(left);
+            left -= n;
+            if let Some(samples) = h
+                .values
+                .get(s.range.start..s.range.start + n)
+                .filter(|v| v.len() > 1)
+            {
+                segments.push(Segment {
+                    start_s: s.start_s,
+                    samples,
+                });
+            }
+        }
+        if segments.iter().map(|s| s.samples.len()).sum::<usize>() < 1000 || h.sigma_w <= 0.0 {
+            continue;
+        }
+        let data = AxisData {
+            segments: &segments,
+            temperature: None,
+            step_s: health.dt_s,
+            lsb: h.lsb,
+        };
+        let fit = estimate(&data, &options);
+        if channel.quantity == Quantity::AngularRate {
+            gyro_means.push((fit.mean.value, fit.mean.sigma));
+        }
+        for f in &fit.findings {
+            let kind = match f.kind {
+                FindingKind::Filtered => IssueKind::Filtered,
+                FindingKind::Line => IssueKind::Line,
+                _ => continue,
+            };
+            out.push(Issue {
+                kind,
+                channel: Some(channel.name.clone()),
+                start_s: health.first_s + f.start_s,
+                end_s: health.first_s + f.end_s.max(health.duration_s - health.dt_s),
+                count: f.count as u64,
+                text: f.text.clone(),
+            });
+        }
+    }
+    let is_removed = |m: &(Option<f64>, Option<f64>)| matches!(m, (Some(mean), Some(sigma)) if *sigma > 0.0 && mean.abs() < 0.01 * sigma);
+    if !gyro_means.is_empty() && gyro_means.iter().all(is_removed) {
+        out.push(Issue {
+            kind: IssueKind::BiasRemoved,
+            channel: None,
+            start_s: health.first_s,
+            end_s: health.first_s + health.duration_s,
+            count: log.rows as u64,
+            text:
+                "every gyro's mean is zero far beyond its own noise: the bias was taken out before"
+                    .to_owned(),
+        });
+    }
+    out
+}
