@@ -23,6 +23,7 @@ mod from_crates;
 mod noise_terms;
 pub mod plan;
 pub mod info;
+pub mod report_characterize;
 pub mod response;
 pub mod strapdown;
 pub mod table;
