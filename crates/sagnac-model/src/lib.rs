@@ -5,6 +5,7 @@ mod catalog_table;
 pub mod catalogue;
 mod entry;
 mod error;
+pub mod export;
 mod json;
 mod model;
 mod path;
