@@ -151,6 +151,21 @@ pub(crate) fn text(path: &Path) -> Result<String, Error> {
     })
 }
 
+/// A file of another tool read whole, whatever its bytes.
+pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    if path.is_dir() {
+        return Err(Error::data(format!("{} is a folder", path.display())).advise("name the file in it"));
+    }
+    let mut bytes = Vec::new();
+    let read = if path == Path::new("-") {
+        io::stdin().take(LARGEST_TEXT + 1).read_to_end(&mut bytes)
+    } else {
+        File::open(path).and_then(|file| file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes))
+    };
+    read.map_err(|error| unreadable(path, &error))?;
+    Ok(bytes)
+}
+
 /// A model by file name or as `catalog:NAME`.
 pub(crate) fn model(name: &str) -> Result<Model, Error> {
     crate::models::load(name)

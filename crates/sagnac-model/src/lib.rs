@@ -6,6 +6,7 @@ pub mod catalogue;
 mod entry;
 mod error;
 pub mod export;
+pub mod foreign;
 mod json;
 mod model;
 mod path;

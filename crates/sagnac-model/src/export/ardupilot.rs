@@ -9,7 +9,7 @@ use sagnac_core::Sensor;
 const ABOUT_C: f64 = 35.0;
 
 /// The coefficients of Σ c_i (T − T0)^i about another temperature.
-pub(super) fn shifted(coefficients: &[f64], by: f64) -> Vec<f64> {
+pub(crate) fn shifted(coefficients: &[f64], by: f64) -> Vec<f64> {
     // Horner's scheme, repeated: synthetic division by (x + by).
     let mut shifted = coefficients.to_vec();
     for start in 0..shifted.len() {

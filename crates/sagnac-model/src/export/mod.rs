@@ -25,7 +25,10 @@ mod source;
 mod text;
 mod vins;
 
+pub(crate) use ardupilot::shifted;
+pub(crate) use mat5::read as read_mat;
 pub use source::{Number, Source};
+pub(crate) use text::number as yaml_number;
 
 use crate::error::Error;
 use crate::model::Model;

@@ -32,6 +32,7 @@ pub use error::Error;
 pub(crate) use error::clip;
 pub use expression::Unit;
 pub use format::{format_number, format_quantity};
+pub(crate) use number::number_length;
 pub use quantity::{
     parse_numbers, parse_plain, parse_quantity, parse_triple, parse_with_unit, unit_factor,
 };
