@@ -71,16 +71,25 @@ fn rounds(q: f64, epsilon: f64) -> u32 {
 
 /// What the bound needs of a model, before the ranges are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BoundTerms<T> {
-    mu: [T; 2],
-    bias: [T; 2],
-    quadratic: [[T; 3]; 2],
-    cubic: [[T; 3]; 2],
-    asymmetry: [[T; 3]; 2],
-    lever_l: T,
-    lever_f: T,
-    g: T,
-    h: T,
+pub struct BoundTerms<T> {
+    /// ‖M‖ of gyro and accelerometer.
+    pub mu: [T; 2],
+    /// ‖b‖ of both.
+    pub bias: [T; 2],
+    /// |k2| of both, by axis.
+    pub quadratic: [[T; 3]; 2],
+    /// |k3| of both, by axis.
+    pub cubic: [[T; 3]; 2],
+    /// |a| of both, by axis.
+    pub asymmetry: [[T; 3]; 2],
+    /// max_k (4|r_k,k| + 2 Σ_{j≠k}|r_k,j|), m.
+    pub lever_l: T,
+    /// max_k (2|r_k,k| + Σ_{j≠k}|r_k,j|), m.
+    pub lever_f: T,
+    /// max_k Σ_j|G_kj|.
+    pub g: T,
+    /// max_k Σ_j|H_kj|.
+    pub h: T,
 }
 
 impl<T: Real> BoundTerms<T> {

@@ -260,6 +260,19 @@ impl<T: Real> Compensation<T> {
         self.terms.at([gyro, accel])
     }
 
+    /// What the bound needs of the model.
+    pub fn bound_terms(&self) -> &BoundTerms<T> {
+        &self.terms
+    }
+
+    /// (I + M)⁻¹ at T0.
+    pub fn inverse(&self, sensor: Sensor) -> vector::Matrix<T> {
+        match sensor {
+            Sensor::Gyro => self.inverse[0],
+            Sensor::Accel => self.inverse[1],
+        }
+    }
+
     /// The largest finite range of a triad.
     pub fn range(&self, sensor: Sensor) -> Option<T> {
         match sensor {

@@ -39,7 +39,7 @@ pub use axis_offset::AxisOffset;
 pub use bandwidth::{Bandwidth, LowPass};
 pub use bias::Bias;
 pub use block::{CorrectedBlock, OutputBlock, ReadingBlock, TruthBlock};
-pub use bound::{Bound, CompensationError};
+pub use bound::{Bound, BoundTerms, CompensationError};
 pub use compensation::Compensation;
 pub use cross_axis::CrossAxis;
 pub use g_sensitivity::GSensitivity;

@@ -3,6 +3,7 @@
 mod calibration;
 mod catalog_table;
 pub mod catalogue;
+pub mod emit;
 mod entry;
 mod error;
 pub mod export;
