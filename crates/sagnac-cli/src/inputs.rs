@@ -154,7 +154,9 @@ pub(crate) fn text(path: &Path) -> Result<String, Error> {
 /// A file of another tool read whole, whatever its bytes.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
     if path.is_dir() {
-        return Err(Error::data(format!("{} is a folder", path.display())).advise("name the file in it"));
+        return Err(
+            Error::data(format!("{} is a folder", path.display())).advise("name the file in it")
+        );
     }
     let mut bytes = Vec::new();
     let read = if path == Path::new("-") {

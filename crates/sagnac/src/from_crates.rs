@@ -50,9 +50,6 @@ impl From<sagnac_analysis::Error> for Error {
         gather(Self::data(error.to_string()), error.place(), error.advice())
     }
 }
-        gather(Self::data(error.to_string()), error.place(), error.advice())
-    }
-}
 
 impl From<sagnac_noise::Error> for Error {
     fn from(error: sagnac_noise::Error) -> Self {

@@ -4,30 +4,27 @@
 //! knows its text ([`terminal`](sagnac_report::text)) and its JSON. Nothing here touches files by name,
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
-pub mod budget;
 pub mod allan;
+pub mod budget;
 pub mod catalog;
-pub mod drift;
+pub mod characterize;
+pub mod compare;
 pub mod convert;
+pub mod drift;
 mod error;
 pub mod findings;
 mod from_crates;
 pub mod grade;
-pub mod motion;
+pub mod info;
 mod issues;
-pub mod report_characterize;
-pub mod characterize;
-pub mod compare;
-mod error;
-mod from_crates;
+pub mod motion;
 mod noise_terms;
 pub mod plan;
-pub mod info;
 pub mod report_characterize;
 pub mod response;
+pub mod simulate;
 pub mod strapdown;
 pub mod table;
-pub mod simulate;
 
 pub use error::{Error, Kind};
 

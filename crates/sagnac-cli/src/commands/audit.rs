@@ -35,20 +35,43 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
-    let from = args.from.as_deref().map(str::parse).transpose().map_err(|error| Error::from(error).at("--from"))?;
-    let rate_hz = args.rate.as_deref().map(|text| crate::quantities::positive("--rate", text, Dimension::FREQUENCY)).transpose()?;
+    let from = args
+        .from
+        .as_deref()
+        .map(str::parse)
+        .transpose()
+        .map_err(|error| Error::from(error).at("--from"))?;
+    let rate_hz = args
+        .rate
+        .as_deref()
+        .map(|text| crate::quantities::positive("--rate", text, Dimension::FREQUENCY))
+        .transpose()?;
     if args.output.is_some() && args.model.is_none() {
-        return Err(Error::usage("a corrected file needs something to correct by").at("-o").advise("add --model imu.toml"));
+        return Err(
+            Error::usage("a corrected file needs something to correct by")
+                .at("-o")
+                .advise("add --model imu.toml"),
+        );
     }
-    let output = args.output.as_deref().map(|path| Output::claim(path, "audit -o", args.force)).transpose()?;
+    let output = args
+        .output
+        .as_deref()
+        .map(|path| Output::claim(path, "audit -o", args.force))
+        .transpose()?;
     let reference = args.model.as_deref().map(models::load).transpose()?;
     let bytes = inputs::bytes(&args.file)?;
-    let request = AuditRequest { from, rate_hz, reference: reference.as_ref() };
+    let request = AuditRequest {
+        from,
+        rate_hz,
+        reference: reference.as_ref(),
+    };
     let outcome = audit(&bytes, &args.file.display().to_string(), &request)?;
     let mut names = Vec::new();
     if let Some(mut output) = output {
         let Some(corrected) = &outcome.audit.corrected else {
-            return Err(Error::data("a binary file is not written again").at(args.file.display().to_string()).advise("write it with sagnac export"));
+            return Err(Error::data("a binary file is not written again")
+                .at(args.file.display().to_string())
+                .advise("write it with sagnac export"));
         };
         output.put(corrected.as_bytes())?;
         names = publish_all(vec![output])?;

@@ -13,7 +13,9 @@ use crate::outputs::{Output, publish_all};
 
 /// A model for another tool, in its own keys, units and conventions
 #[derive(clap::Args)]
-#[command(after_help = "Example\n  sagnac export imu.toml --to kalibr -o imu.yaml\n\nNames: kalibr kalibr-result openvins vins orbslam3 gtsam kimera basalt ros-imu\n       gazebo matlab px4 ardupilot imu-utils gnss-ins-sim navego pyins kf-gins")]
+#[command(
+    after_help = "Example\n  sagnac export imu.toml --to kalibr -o imu.yaml\n\nNames: kalibr kalibr-result openvins vins orbslam3 gtsam kimera basalt ros-imu\n       gazebo matlab px4 ardupilot imu-utils gnss-ins-sim navego pyins kf-gins"
+)]
 pub(crate) struct Args {
     /// A model file, or catalog:NAME
     #[arg(value_name = "MODEL")]
@@ -33,18 +35,33 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
-    let format: Format = args.to.parse().map_err(|error| Error::from(error).at("--to"))?;
-    let inflate = sagnac::model::units::parse_plain(&args.inflate).ok().filter(|inflate| *inflate > 0.0).ok_or_else(|| {
-        Error::usage("the inflation must be a number above zero").at(format!("--inflate {}", args.inflate)).advise("write for instance --inflate 5")
-    })?;
+    let format: Format = args
+        .to
+        .parse()
+        .map_err(|error| Error::from(error).at("--to"))?;
+    let inflate = sagnac::model::units::parse_plain(&args.inflate)
+        .ok()
+        .filter(|inflate| *inflate > 0.0)
+        .ok_or_else(|| {
+            Error::usage("the inflation must be a number above zero")
+                .at(format!("--inflate {}", args.inflate))
+                .advise("write for instance --inflate 5")
+        })?;
     let request = ExportRequest { format, inflate };
-    let output = args.output.as_deref().map(|path| Output::claim(path, "export -o", args.force)).transpose()?;
+    let output = args
+        .output
+        .as_deref()
+        .map(|path| Output::claim(path, "export -o", args.force))
+        .transpose()?;
     let outcome = export(&models::load(&args.model)?, &request)?;
     for remark in &outcome.remarks {
         context.note(remark);
     }
     if !outcome.limits.is_empty() {
-        context.note(&format!("only an upper limit is known and counts as absent: {}", outcome.limits.join(", ")));
+        context.note(&format!(
+            "only an upper limit is known and counts as absent: {}",
+            outcome.limits.join(", ")
+        ));
     }
     let Some(mut output) = output else {
         if context.is_json() {
@@ -54,11 +71,18 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             return write_stdout(&outcome.to_text());
         }
         if std::io::stdout().is_terminal() {
-            return Err(Error::usage(format!("{} is a binary format", format.name())).at("export").advise("name a file: -o imu.mat"));
+            return Err(
+                Error::usage(format!("{} is a binary format", format.name()))
+                    .at("export")
+                    .advise("name a file: -o imu.mat"),
+            );
         }
         return match std::io::stdout().lock().write_all(&outcome.bytes) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(Error::data(format!("standard output cannot be written: {}", crate::context::plain(&error))))
+                Err(Error::data(format!(
+                    "standard output cannot be written: {}",
+                    crate::context::plain(&error)
+                )))
             }
             _ => Ok(()),
         };

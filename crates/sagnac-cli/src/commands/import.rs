@@ -32,11 +32,24 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
-    let from = args.from.as_deref().map(str::parse).transpose().map_err(|error| Error::from(error).at("--from"))?;
-    let rate_hz = args.rate.as_deref().map(|text| crate::quantities::positive("--rate", text, Dimension::FREQUENCY)).transpose()?;
+    let from = args
+        .from
+        .as_deref()
+        .map(str::parse)
+        .transpose()
+        .map_err(|error| Error::from(error).at("--from"))?;
+    let rate_hz = args
+        .rate
+        .as_deref()
+        .map(|text| crate::quantities::positive("--rate", text, Dimension::FREQUENCY))
+        .transpose()?;
     let mut output = Output::claim(&args.output, "import -o", args.force)?;
     let bytes = inputs::bytes(&args.file)?;
-    let outcome = import(&bytes, &args.file.display().to_string(), &ImportRequest { from, rate_hz })?;
+    let outcome = import(
+        &bytes,
+        &args.file.display().to_string(),
+        &ImportRequest { from, rate_hz },
+    )?;
     output.put(outcome.model.to_toml().as_bytes())?;
     let names = publish_all(vec![output])?;
     context.show(|| outcome.document(), || outcome.to_json())?;

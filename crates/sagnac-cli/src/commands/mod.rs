@@ -1,16 +1,19 @@
 //! One file per command; each is thin: build the request, call the façade, print the outcome.
 
-pub(crate) mod budget;
 mod allan;
+mod audit;
+pub(crate) mod budget;
 mod catalog;
 mod characterize;
 mod compare;
 mod completions;
-pub(crate) mod drift;
-pub(crate) mod grade;
-mod plan;
 mod convert;
+pub(crate) mod drift;
+mod export;
+pub(crate) mod grade;
+mod import;
 mod info;
+mod plan;
 mod response;
 pub(crate) mod strapdown;
 
@@ -24,38 +27,43 @@ use crate::context::Context;
 #[derive(Subcommand)]
 #[allow(clippy::large_enum_variant, reason = "made once")]
 pub(crate) enum Command {
-    Catalog(catalog::Args),
     Allan(allan::Args),
-    Completions(completions::Args),
-    Strapdown(strapdown::Args),
-    Grade(grade::Args),
-    Drift(drift::Args),
     Budget(budget::Args),
+    Audit(audit::Args),
+    Export(export::Args),
+    Import(import::Args),
+    Catalog(catalog::Args),
     Characterize(characterize::Args),
     Compare(compare::Args),
     Completions(completions::Args),
-    Plan(plan::Args),
     Convert(convert::Args),
+    Drift(drift::Args),
+    Grade(grade::Args),
     Info(info::Args),
+    Plan(plan::Args),
     Response(response::Args),
+    Strapdown(strapdown::Args),
 }
 
 /// Runs one command.
 pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
     match command {
-        Command::Catalog(args) => catalog::run(&args, context),
-        Command::Budget(args) => budget::run(&args, context),
-        Command::Drift(args) => drift::run(&args, context),
-        Command::Grade(args) => grade::run(&args, context),
-        Command::Strapdown(args) => strapdown::run(&args, context),
         Command::Allan(args) => allan::run(&args, context),
+        Command::Budget(args) => budget::run(&args, context),
+        Command::Audit(args) => audit::run(&args, context),
+        Command::Export(args) => export::run(&args, context),
+        Command::Import(args) => import::run(&args, context),
+        Command::Catalog(args) => catalog::run(&args, context),
         Command::Characterize(args) => characterize::run(&args, context),
         Command::Compare(args) => compare::run(&args, context),
-        Command::Plan(args) => plan::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
         Command::Convert(args) => convert::run(&args, context),
+        Command::Drift(args) => drift::run(&args, context),
+        Command::Grade(args) => grade::run(&args, context),
         Command::Info(args) => info::run(&args, context),
+        Command::Plan(args) => plan::run(&args, context),
         Command::Response(args) => response::run(&args, context),
+        Command::Strapdown(args) => strapdown::run(&args, context),
     }
 }
 
