@@ -42,11 +42,6 @@ impl Progress {
         }
         self.bar.set_position(done);
     }
-
-    /// Changes the words beside the bar.
-    pub(crate) fn say(&mut self, label: &str) {
-        self.bar.set_message(label.to_owned());
-    }
 }
 
 impl Drop for Progress {

@@ -41,8 +41,17 @@ pub struct AuditOutcome {
 /// # Errors
 /// A file of no known format, or without a noise number.
 pub fn audit(bytes: &[u8], label: &str, request: &AuditRequest) -> Result<AuditOutcome, Error> {
-    let audit = sagnac_model::foreign::audit(bytes, label, request.from, request.rate_hz, request.reference)?;
-    Ok(AuditOutcome { audit, has_reference: request.reference.is_some() })
+    let audit = sagnac_model::foreign::audit(
+        bytes,
+        label,
+        request.from,
+        request.rate_hz,
+        request.reference,
+    )?;
+    Ok(AuditOutcome {
+        audit,
+        has_reference: request.reference.is_some(),
+    })
 }
 
 impl AuditOutcome {
@@ -54,47 +63,91 @@ impl AuditOutcome {
 
     /// How many numbers have a verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
-        self.audit.entries.iter().filter(|entry| entry.verdict == verdict).count()
+        self.audit
+            .entries
+            .iter()
+            .filter(|entry| entry.verdict == verdict)
+            .count()
     }
 
     /// The verdicts as a document.
     pub fn document(&self) -> Document {
         let mut document = Document::new();
         let total = self.audit.entries.len();
-        let (wrong, suspicious, unknown) = (self.count(Verdict::Wrong), self.count(Verdict::Suspicious), self.count(Verdict::Unknown));
+        let (wrong, suspicious, unknown) = (
+            self.count(Verdict::Wrong),
+            self.count(Verdict::Suspicious),
+            self.count(Verdict::Unknown),
+        );
         let mut parts = Vec::new();
-        for (count, word) in [(wrong, "wrong"), (suspicious, "suspicious"), (unknown, "unknown")] {
+        for (count, word) in [
+            (wrong, "wrong"),
+            (suspicious, "suspicious"),
+            (unknown, "unknown"),
+        ] {
             if count > 0 {
-                let noun = if parts.is_empty() { format!(" of {total} numbers") } else { String::new() };
-                parts.push(format!("{count}{noun} {} {word}", if count == 1 { "is" } else { "are" }));
+                let noun = if parts.is_empty() {
+                    format!(" of {total} numbers")
+                } else {
+                    String::new()
+                };
+                parts.push(format!(
+                    "{count}{noun} {} {word}",
+                    if count == 1 { "is" } else { "are" }
+                ));
             }
         }
-        let basis = if self.has_reference { "agree with the reference" } else { "are possible" };
-        let summary = if parts.is_empty() { format!("all {total} numbers {basis}") } else { parts.join(", ") };
+        let basis = if self.has_reference {
+            "agree with the reference"
+        } else {
+            "are possible"
+        };
+        let summary = if parts.is_empty() {
+            format!("all {total} numbers {basis}")
+        } else {
+            parts.join(", ")
+        };
         let role = if wrong > 0 {
-            Role::Error
+            Role::Bad
         } else if suspicious > 0 {
             Role::Warning
         } else {
             Role::Plain
         };
-        document.verdict(role, format!("{}: {summary}.", self.audit.format.title())).blank();
-        let keys = self.audit.entries.iter().map(|entry| width(&entry.key)).max().unwrap_or(0);
+        document
+            .verdict(role, format!("{}: {summary}.", self.audit.format.title()))
+            .blank();
+        let keys = self
+            .audit
+            .entries
+            .iter()
+            .map(|entry| width(&entry.key))
+            .max()
+            .unwrap_or(0);
         for entry in &self.audit.entries {
             let pad = " ".repeat(keys.saturating_sub(width(&entry.key)));
             let mistake = entry.likely_mistake.map_or("", |mistake| mistake.words());
-            let line = format!("{}{pad}  {:>9}  {:10}  {mistake}", entry.key, exponent(entry.value), entry.verdict.key());
+            let line = format!(
+                "{}{pad}  {:>9}  {:10}  {mistake}",
+                entry.key,
+                exponent(entry.value),
+                entry.verdict.key()
+            );
             document.line(line.trim_end().to_string());
             document.hanging("  ", pretty(&entry.text));
         }
         document.blank();
         if let Some(also) = self.audit.also {
-            document.note(format!("the file also fits {0}; --from {0} reads it so", also.name()));
+            document.note(format!(
+                "the file also fits {0}; --from {0} reads it so",
+                also.name()
+            ));
         }
         if self.has_reference && wrong + suspicious > 0 && self.audit.corrected.is_some() {
             document.line("corrected file: add -o corrected.yaml");
         } else if !self.has_reference {
-            document.line("next: compare with a log, --log static.csv, or a model, --model imu.toml");
+            document
+                .line("next: compare with a log, --log static.csv, or a model, --model imu.toml");
         }
         document
     }
@@ -106,12 +159,18 @@ impl AuditOutcome {
 }
 
 fn exponent(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) { format_number(value) } else { format!("{value:e}") }
+    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
+        format_number(value)
+    } else {
+        format!("{value:e}")
+    }
 }
 
 /// Units as the terminal shows them.
 fn pretty(text: &str) -> String {
-    text.replace("sqrt(h)", "√h").replace("sqrt(s)", "√s").replace("sqrt(Hz)", "√Hz")
+    text.replace("sqrt(h)", "√h")
+        .replace("sqrt(s)", "√s")
+        .replace("sqrt(Hz)", "√Hz")
 }
 
 fn entry_json(entry: &AuditEntry) -> Value {
@@ -120,7 +179,13 @@ fn entry_json(entry: &AuditEntry) -> Value {
         .meaning
         .map(|value| json!({ "quantity": entry.quantity.key(), "sensor": entry.sensor.key(), "value": value, "unit": dimension.si_unit() }));
     let ratio = entry.ratio.map(|ratio| {
-        let end = |value: f64| if ratio.known { json!(value) } else { Value::Null };
+        let end = |value: f64| {
+            if ratio.known {
+                json!(value)
+            } else {
+                Value::Null
+            }
+        };
         json!({
             "status": "detected",
             "value": ratio.value,

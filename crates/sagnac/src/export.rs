@@ -65,6 +65,10 @@ impl ExportOutcome {
 
     /// The file, where it is text.
     pub fn to_text(&self) -> String {
-        if self.format.is_text() { String::from_utf8_lossy(&self.bytes).into_owned() } else { String::new() }
+        if self.format.is_text() {
+            String::from_utf8_lossy(&self.bytes).into_owned()
+        } else {
+            String::new()
+        }
     }
 }

@@ -32,7 +32,11 @@ pub struct ImportOutcome {
 /// A file of no known format, or one without a number of a sensor.
 pub fn import(bytes: &[u8], label: &str, request: &ImportRequest) -> Result<ImportOutcome, Error> {
     let imported = sagnac_model::foreign::import(bytes, label, request.from, request.rate_hz)?;
-    Ok(ImportOutcome { model: imported.model, format: imported.format, notes: imported.notes })
+    Ok(ImportOutcome {
+        model: imported.model,
+        format: imported.format,
+        notes: imported.notes,
+    })
 }
 
 impl ImportOutcome {
@@ -43,9 +47,16 @@ impl ImportOutcome {
 
     /// What was found, as a document.
     pub fn document(&self) -> Document {
-        let count = self.model.parameters().map(|(path, _)| path.without_axis()).collect::<std::collections::BTreeSet<_>>().len();
+        let count = self
+            .model
+            .parameters()
+            .map(|(path, _)| path.without_axis())
+            .collect::<std::collections::BTreeSet<_>>()
+            .len();
         let mut document = Document::new();
-        document.paragraph(format!("{}: {count} parameters.", self.format.title())).blank();
+        document
+            .paragraph(format!("{}: {count} parameters.", self.format.title()))
+            .blank();
         for note in &self.notes {
             document.note(note.as_str());
         }

@@ -5,6 +5,7 @@
 //! the clock, the environment or a terminal, and nothing picks a seed: that is the caller's.
 
 pub mod allan;
+pub mod audit;
 pub mod budget;
 pub mod catalog;
 pub mod characterize;
@@ -12,13 +13,16 @@ pub mod compare;
 pub mod convert;
 pub mod drift;
 mod error;
+pub mod export;
 pub mod findings;
 mod from_crates;
 pub mod grade;
+pub mod import;
 pub mod info;
 mod issues;
 pub mod motion;
 mod noise_terms;
+pub mod path;
 pub mod plan;
 pub mod report_characterize;
 pub mod response;

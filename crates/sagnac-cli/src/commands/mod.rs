@@ -15,6 +15,7 @@ mod import;
 mod info;
 mod plan;
 mod response;
+mod simulate;
 pub(crate) mod strapdown;
 
 use clap::{CommandFactory as _, Subcommand};
@@ -42,6 +43,7 @@ pub(crate) enum Command {
     Info(info::Args),
     Plan(plan::Args),
     Response(response::Args),
+    Simulate(simulate::Args),
     Strapdown(strapdown::Args),
 }
 
@@ -62,6 +64,7 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Grade(args) => grade::run(&args, context),
         Command::Info(args) => info::run(&args, context),
         Command::Plan(args) => plan::run(&args, context),
+        Command::Simulate(args) => simulate::run(&args, context),
         Command::Response(args) => response::run(&args, context),
         Command::Strapdown(args) => strapdown::run(&args, context),
     }
