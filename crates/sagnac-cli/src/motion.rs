@@ -110,8 +110,53 @@ impl ReferenceOptions {
             threads: rayon::current_num_threads(),
             ..ReadOptions::default()
         };
+        if path.is_file() && self.reference_columns.is_none() && is_ground_truth(path) {
+            // EuRoC ground truth: the same columns under the names of a path.
+            let text = inputs::text(path)?;
+            let rest = text.split_once('\n').map_or("", |(_, rest)| rest);
+            let names: Vec<String> = text
+                .lines()
+                .next()
+                .unwrap_or_default()
+                .trim_start_matches('#')
+                .split(',')
+                .map(own_name)
+                .collect();
+            let renamed = format!("{}\n{rest}", names.join(","));
+            let source =
+                sagnac::log::Source::memory(path.display().to_string(), renamed.into_bytes());
+            return Ok(sagnac::log::read(source, &options)?);
+        }
         let (source, _) = inputs::source(path)?;
         Ok(sagnac::log::read(source, &options)?)
+    }
+}
+
+/// Whether the first line names the columns of EuRoC ground truth.
+fn is_ground_truth(path: &Path) -> bool {
+    use std::io::Read as _;
+    let mut head = [0; 512];
+    std::fs::File::open(path)
+        .and_then(|mut file| file.read(&mut head))
+        .is_ok_and(|n| {
+            head[..n]
+                .split(|b| *b == b'\n')
+                .next()
+                .is_some_and(|line| String::from_utf8_lossy(line).contains("p_RS_R_x"))
+        })
+}
+
+/// `p_RS_R_x [m]` as `position_x [m]`, `q_RS_w []` as `quaternion_w`, `timestamp [ns]` as `time [ns]`.
+fn own_name(column: &str) -> String {
+    let column = column.trim();
+    let name = column.split([' ', '[']).next().unwrap_or_default();
+    match name {
+        "timestamp" => "time [ns]".to_owned(),
+        _ => match (name.strip_prefix("p_RS_R_"), name.strip_prefix("q_RS_")) {
+            (Some(axis), _) => format!("position_{axis} [m]"),
+            (_, Some(part)) => format!("quaternion_{part}"),
+            _ => column.to_owned(),
+        },
     }
 }
 

@@ -134,7 +134,7 @@ pub fn strapdown(
         *t += shift;
     }
     let first_s = data.time_s[0];
-    let trajectory = Trajectory::from_path(
+    let trajectory = Trajectory::from_reference(
         request.reference_label,
         request.earth,
         &request.start,

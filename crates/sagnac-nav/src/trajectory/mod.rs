@@ -225,6 +225,24 @@ impl Trajectory {
         })
     }
 
+    /// A measured reference: as [`Self::from_path`], without the limits of speed, force and rate.
+    ///
+    /// # Errors
+    /// As [`Path::measured`].
+    pub fn from_reference(
+        name: &str,
+        earth: Earth,
+        start: &Start,
+        data: &PathData,
+    ) -> Result<Self, Error> {
+        start.check()?;
+        Ok(Self {
+            earth,
+            name: name.to_owned(),
+            shape: Shape::Path(Box::new(Path::measured(earth, start, data)?)),
+        })
+    }
+
     /// The Earth it moves on.
     pub fn earth(&self) -> Earth {
         self.earth

@@ -74,6 +74,17 @@ impl Path {
     /// below −500 m, |v| above 12 km/s, |f| above 2000 m/s² or |ω| above 100 rad/s at a point or midway; ground speed
     /// below 0.1 m/s where there is no attitude.
     pub fn new(earth: Earth, start: &Start, data: &PathData) -> Result<Self, Error> {
+        let path = Self::measured(earth, start, data)?;
+        let times: Vec<f64> = data.time_s.iter().map(|t| t - path.first_s).collect();
+        path.check(&times)?;
+        Ok(path)
+    }
+
+    /// The same for a measured reference, whose noise and gaps may ask for any force.
+    ///
+    /// # Errors
+    /// As [`Path::new`], but for the limits of speed, force and rate.
+    pub fn measured(earth: Earth, start: &Start, data: &PathData) -> Result<Self, Error> {
         let n = data.time_s.len();
         let points = match &data.position {
             PathPosition::Geodetic(p) | PathPosition::Local(p) => p,
@@ -213,7 +224,6 @@ impl Path {
             attitude,
             first_s,
         };
-        path.check(&time_s)?;
         Ok(path)
     }
 

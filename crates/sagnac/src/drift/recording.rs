@@ -86,7 +86,7 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
         *t += shift;
     }
     let times = data.time_s.clone();
-    let trajectory = Trajectory::from_path(
+    let trajectory = Trajectory::from_reference(
         request.reference_label,
         request.earth,
         &request.start,
@@ -328,7 +328,8 @@ fn predict(
         ),
         attitude: PathAttitude::Quaternion(motions.iter().map(|m| m.quaternion).collect()),
     };
-    let trajectory = Trajectory::from_path("reference", request.earth, &request.start, &piece)?;
+    let trajectory =
+        Trajectory::from_reference("reference", request.earth, &request.start, &piece)?;
     let setting = Setting {
         duration_s: horizon,
         dt_s: dt.min(horizon),
