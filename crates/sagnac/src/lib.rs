@@ -24,7 +24,6 @@ pub mod motion;
 mod noise_terms;
 pub mod path;
 pub mod plan;
-pub mod report_characterize;
 pub mod response;
 pub mod simulate;
 pub mod strapdown;

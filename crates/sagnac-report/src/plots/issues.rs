@@ -206,18 +206,23 @@ fn place_text(
     if above {
         return (left + 2.0, "start", width - 4.0);
     }
-    let first = edges.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
-    let last = edges
-        .iter()
-        .map(|e| e.0 + e.1)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let right_room = left + width - last - 7.0;
-    let left_room = first - left - 7.0;
-    if right_room >= left_room {
-        (last + 7.0, "start", right_room)
-    } else {
-        (first - 7.0, "end", left_room)
+    let mut bars: Vec<(f64, f64)> = edges.iter().map(|e| (e.0, e.0 + e.1)).collect();
+    bars.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(&(first, _)) = bars.first() else {
+        return (left + 2.0, "start", width - 4.0);
+    };
+    // The widest gap; after a bar rather than before the first.
+    let mut best = (first - 7.0, "end", first - left - 7.0);
+    let mut last = f64::NEG_INFINITY;
+    for (i, bar) in bars.iter().enumerate() {
+        last = last.max(bar.1);
+        let end = bars.get(i + 1).map_or(left + width, |next| next.0 - 4.0);
+        let room = end - last - 7.0;
+        if room >= best.2 {
+            best = (last + 7.0, "start", room);
+        }
     }
+    best
 }
 
 /// A sentence in at most three lines of this width; the last takes the rest.

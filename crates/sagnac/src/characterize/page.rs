@@ -1,14 +1,20 @@
 //! The outcome as the page of the report: parameters, findings, Allan deviations, spectra, time series, limits.
 
-use super::text::{facts, findings, shown, shown_sensor, verdict};
+use super::page_words::{facts, file_name, limits, overview, rich_verdict};
+use super::text::{findings, shown, shown_sensor};
 use super::{AxisOutcome, LogOutcome, Outcome, key_of};
 use sagnac_analysis::fit::{Estimate, NoiseTerms, Status, Term};
 use sagnac_core::Sensor;
-use sagnac_report::html::{CharacterizePage, Input, LogReport, ParameterCell, ParameterRow, Rich};
+use sagnac_report::html::{
+    CharacterizePage, Input, LogReport, ParameterCell, ParameterRow, Rich, page_text,
+};
 use sagnac_report::plots::{
     AllanPanel, AllanTerm, IssueBar, IssueTimeline, SeriesPanel, SpectrumMark, SpectrumPanel,
 };
-use sagnac_report::text::{Estimate as Shown, Unit, duration, general, is_note};
+use sagnac_report::svg::page_number;
+use sagnac_report::text::{
+    Estimate as Shown, Unit, duration, fixed, general, is_note, significant,
+};
 
 /// What the page says about how it was made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -22,9 +28,10 @@ pub struct PageFacts {
 }
 
 pub(super) fn page(outcome: &Outcome, facts_of: &PageFacts) -> CharacterizePage {
-    let logs: Vec<LogReport> = outcome.logs.iter().map(report).collect();
+    let pooled = outcome.sensor.is_some();
+    let logs: Vec<LogReport> = outcome.logs.iter().map(|log| report(log, pooled)).collect();
     let name = match outcome.logs.as_slice() {
-        [one] => one.name.clone(),
+        [one] => file_name(&one.name).to_owned(),
         many => format!("{} logs", many.len()),
     };
     let subtitle = match outcome.logs.as_slice() {
@@ -38,14 +45,17 @@ pub(super) fn page(outcome: &Outcome, facts_of: &PageFacts) -> CharacterizePage 
     CharacterizePage {
         name,
         subtitle,
-        verdict: Rich::new().plain(match outcome.logs.as_slice() {
-            [one] => verdict(one),
-            _ if outcome.outliers.is_empty() => "No log differs from the others.".to_owned(),
-            _ => outcome.outliers.iter().map(|o| o.text.clone()).collect::<Vec<_>>().join(". "),
-        }),
+        verdict: match outcome.logs.as_slice() {
+            [one] => rich_verdict(one),
+            _ if outcome.outliers.is_empty() => Rich::new().bold("No log differs from the others."),
+            _ => {
+                let texts: Vec<&str> = outcome.outliers.iter().map(|o| o.text.as_str()).collect();
+                Rich::new().plain(format!("{}.", texts.join(". ")))
+            }
+        },
         facts: outcome.logs.first().filter(|_| outcome.logs.len() == 1).map(facts).unwrap_or_default(),
         logs,
-        overview: None,
+        overview: (outcome.logs.len() > 1).then(|| overview(&outcome.logs)),
         method: Rich::new().plain(
             "The noise terms of each axis are estimated jointly from the likelihood of the cosine transform of its \
              samples, with the exact spectra of interval means; each term is tested with all others free, intervals \
@@ -57,18 +67,18 @@ pub(super) fn page(outcome: &Outcome, facts_of: &PageFacts) -> CharacterizePage 
         inputs: facts_of
             .inputs
             .iter()
-            .map(|(name, sha256)| Input { name: name.clone(), sha256: sha256.clone() })
+            .map(|(name, sha256)| Input { name: file_name(name).to_owned(), sha256: sha256.clone() })
             .collect(),
     }
 }
 
-fn report(log: &LogOutcome) -> LogReport {
+fn report(log: &LogOutcome, pooled: bool) -> LogReport {
     let mut out = LogReport {
-        name: log.name.clone(),
-        verdict: Rich::new().plain(verdict(log)),
+        name: file_name(&log.name).to_owned(),
+        verdict: rich_verdict(log),
         facts: facts(log),
         timeline: timeline(log),
-        limits: limits(log),
+        limits: limits(log, pooled),
         ..LogReport::default()
     };
     for sensor in Sensor::ALL {
@@ -84,28 +94,6 @@ fn report(log: &LogOutcome) -> LogReport {
         out.series
             .push(axes.iter().map(|a| series(log, a, sensor)).collect());
     }
-    out
-}
-
-fn limits(log: &LogOutcome) -> Vec<Rich> {
-    let mut out = Vec::new();
-    if log.temperature_c.is_none() {
-        out.push(
-            Rich::new()
-                .bold("Temperature effects: ")
-                .plain("no temperature was recorded."),
-        );
-    }
-    out.push(
-        Rich::new()
-            .bold("Run-to-run bias: ")
-            .plain("one run cannot show it."),
-    );
-    out.push(
-        Rich::new()
-            .bold("Scale factor, misalignment, g-sensitivity: ")
-            .plain("the sensor lay still."),
-    );
     out
 }
 
@@ -131,11 +119,16 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
                 .and_then(|e| e.term(term))
                 .map_or(Shown::Absent, shown)
         };
-        out.push(ParameterRow::estimates(
-            as_shown,
-            key_of(sensor, term),
-            cells(&of),
-        ));
+        let cells = cells(&of);
+        // Rows of N, B and K are always there, others where something was seen.
+        let usual = matches!(term, Term::White | Term::Flicker | Term::RandomWalk);
+        if usual || cells.iter().any(|c| matches!(c, Shown::Detected { .. })) {
+            out.push(ParameterRow::estimates(
+                as_shown,
+                key_of(sensor, term),
+                cells,
+            ));
+        }
     }
     let markov = |a: &AxisOutcome, time: bool| {
         a.estimate
@@ -153,8 +146,8 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
     if sigma.iter().any(|s| matches!(s, Shown::Detected { .. })) {
         out.push(ParameterRow::estimates(as_shown, "gauss_markov", sigma));
         let mut time =
-            ParameterRow::estimates(as_shown, "correlation_time", cells(&|a| markov(a, true)));
-        "Correlation time".clone_into(&mut time.name);
+            ParameterRow::estimates(as_shown, "gauss_markov", cells(&|a| markov(a, true)));
+        "Gauss–Markov correlation time".clone_into(&mut time.name);
         time.unit = Some(Unit::S);
         out.push(time);
     }
@@ -164,6 +157,22 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
             .map_or(Shown::Absent, |e| shown(&e.mean))
     });
     out.push(ParameterRow::estimates(as_shown, "mean", mean));
+    if axes.iter().any(|a| a.lsb.is_some()) {
+        let mut step = ParameterRow {
+            sensor: as_shown,
+            term: "lsb".to_owned(),
+            name: "Rounding step seen in the data".to_owned(),
+            unit: Some(Unit::of_term(as_shown, "lsb")),
+            cells: Default::default(),
+        };
+        for axis in axes {
+            if let Some(value) = axis.lsb {
+                let note = format!("{} of the scatter", significant(value / axis.scatter, 2));
+                step.cells[axis.index] = ParameterCell::Number { value, note };
+            }
+        }
+        out.push(step);
+    }
     let mut fit = ParameterRow {
         sensor: as_shown,
         term: "fit".to_owned(),
@@ -209,7 +218,7 @@ fn timeline(log: &LogOutcome) -> IssueTimeline {
                 channel: f.channel.replace('_', " "),
                 warning: !is_note(&f.kind),
                 kind: f.kind,
-                text: f.text,
+                text: page_text(&f.text),
                 span_s: f.span_s,
             })
             .collect(),
@@ -355,11 +364,16 @@ fn series(log: &LogOutcome, axis: &AxisOutcome, sensor: Sensor) -> SeriesPanel {
         Sensor::Gyro => Unit::DEG_PER_S,
         Sensor::Accel => Unit::MILLI_G,
     };
-    let column =
-        |k: usize| -> Vec<f64> { axis.series.iter().map(|p| p[k] * unit.per_si).collect() };
+    let (off, unit_text) = offset(axis, unit);
+    let column = |k: usize| -> Vec<f64> {
+        axis.series
+            .iter()
+            .map(|p| p[k] * unit.per_si - off)
+            .collect()
+    };
     SeriesPanel {
         axis: axis.axis.clone(),
-        unit: unit.page.to_owned(),
+        unit: unit_text,
         note: format!(
             "scatter {} {}",
             general(axis.scatter * unit.per_si, 3),
@@ -382,4 +396,28 @@ fn series(log: &LogOutcome, axis: &AxisOutcome, sensor: Sensor) -> SeriesPanel {
             .filter(|(a, b)| b - a < 0.5 * log.duration_s)
             .collect(),
     }
+}
+
+/// What is taken off a time series far from zero, in the unit shown, and the unit that says so.
+fn offset(axis: &AxisOutcome, unit: Unit) -> (f64, String) {
+    let mean = unit.from_si(
+        axis.estimate
+            .as_ref()
+            .and_then(|e| e.mean.value)
+            .unwrap_or(0.0),
+    );
+    let spread = axis
+        .series
+        .iter()
+        .flat_map(|p| [p[1], p[3]])
+        .filter(|v| v.is_finite())
+        .fold(0.0_f64, |most, v| most.max((unit.from_si(v) - mean).abs()));
+    if mean.abs() <= 3.0 * spread || spread <= 0.0 {
+        return (0.0, unit.page.to_owned());
+    }
+    let decimals = if spread > 3.0 { 0 } else { 2 };
+    let scale = 10f64.powi(decimals);
+    let off = (mean * scale).round() / scale;
+    let text = page_number(&fixed(off, if spread > 3.0 { 0 } else { 2 }));
+    (off, format!("{0}, less {text} {0}", unit.page))
 }

@@ -5,8 +5,8 @@ use sagnac_analysis::fit::{Estimate, RegressorKind, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_log::{Issue, IssueKind};
 use sagnac_report::text::{
-    Document, Estimate as Shown, Finding, Role, Sensor as ShownSensor, Table, Unit, clock,
-    duration, general, group_thousands, term_name,
+    Document, Estimate as Shown, Finding, Role, Sensor as ShownSensor, Table, Unit, general,
+    term_name,
 };
 
 pub(crate) fn shown_sensor(sensor: Sensor) -> ShownSensor {
@@ -549,17 +549,4 @@ fn closing(logs: &[LogOutcome], out: &mut Document) {
             "The mean's ± is its scatter about the bias at the start, which grows with the run.",
         );
     }
-}
-
-/// Facts of a log for pages: length, rate, samples.
-pub(super) fn facts(log: &LogOutcome) -> Vec<(String, String)> {
-    vec![
-        ("length".to_owned(), duration(log.duration_s)),
-        ("rate".to_owned(), format!("{} Hz", general(log.rate_hz, 5))),
-        (
-            "samples".to_owned(),
-            group_thousands(&log.samples.to_string()),
-        ),
-        ("starts at".to_owned(), clock(0.0)),
-    ]
 }
