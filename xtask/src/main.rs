@@ -6,6 +6,7 @@
     reason = "a command for developers"
 )]
 
+mod fidelity;
 mod pages;
 mod python;
 mod steps;
@@ -21,6 +22,7 @@ cargo xtask TASK
   test      everything a change must pass; installs what the tests need
   tidy      the rules on files alone
   pages     pages and plots, measured in a headless browser
+  fidelity  the joint estimate against known truth: [--axes N] [--seed S] [--set basic,wide,weak,corners]
   python    the cross-checks against independent Python implementations
 ";
 
@@ -30,6 +32,9 @@ fn main() -> ExitCode {
     match task.as_str() {
         "test" => test(&mut steps),
         "tidy" => steps.run("tidy", tidy::run),
+        "fidelity" => steps.run("fidelity", || {
+            fidelity::run(&std::env::args().skip(2).collect::<Vec<_>>())
+        }),
         "pages" => steps.run("pages in a browser", pages::run),
         "python" => steps.run("python cross-checks", python::run),
         _ => {

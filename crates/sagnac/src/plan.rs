@@ -12,6 +12,7 @@ use sagnac_core::Sensor;
 use sagnac_model::Model;
 use sagnac_report::text::{Cell, Document, Table, Unit, duration, general};
 use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
 
 /// What is wanted.
 #[derive(Debug, Clone)]
@@ -328,10 +329,13 @@ impl Plan {
                 unit.text
             );
             match axis.mean_saturates_s {
-                Some(s) if s < self.duration_s => text.push_str(&format!(
-                    "; beyond {} more time no longer helps it, the other terms improve on.",
-                    duration(rounded(s))
-                )),
+                Some(s) if s < self.duration_s => {
+                    let _ = write!(
+                        text,
+                        "; beyond {} more time no longer helps it, the other terms improve on.",
+                        duration(rounded(s))
+                    );
+                }
                 _ => text.push('.'),
             }
             out.paragraph(text);
@@ -355,11 +359,12 @@ impl Plan {
         );
         // The other term that was asked for, and what it alone needs.
         if let Some((_, other, need)) = self.decides.iter().find(|d| d.1 != *name) {
-            text.push_str(&format!(
+            let _ = write!(
+                text,
                 "; {} needs {}",
                 sagnac_report::text::term_name(other).to_lowercase(),
                 duration(rounded(*need))
-            ));
+            );
         }
         text.push('.');
         text

@@ -2,6 +2,7 @@
 
 mod follow;
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use sagnac::Error;
@@ -17,6 +18,7 @@ use crate::outputs::{Output, publish_all};
 /// Noise terms of each axis of a log at rest, with 95 % intervals, and whether the log is sound
 #[derive(clap::Args)]
 #[command(after_help = "Example\n  sagnac characterize static.csv -o imu.toml --report imu.html")]
+#[allow(clippy::struct_excessive_bools, reason = "switches of a command line")]
 pub(crate) struct Args {
     /// Logs at rest; `-` is CSV from standard input
     #[arg(value_name = "LOG", required = true)]
@@ -143,7 +145,10 @@ fn page(args: &Args, outcome: &Outcome) -> Result<String, Error> {
         let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
         let mut hash = Sha256::new();
         std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
-        let digest: String = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+        let mut digest = String::with_capacity(64);
+        for byte in hash.finalize() {
+            let _ = write!(digest, "{byte:02x}");
+        }
         inputs.push((path.display().to_string(), digest));
     }
     let facts = PageFacts {

@@ -223,16 +223,15 @@ fn lines(model: &mut Model, sensor: Sensor, axes: &[AxisOutcome]) -> Result<(), 
             };
             let amplitude = entry(&line.amplitude, output);
             let near = (6.0 * spread).max(1e-4 * f);
-            match list
+            if let Some((_, amplitudes)) = list
                 .iter_mut()
                 .find(|(other, a)| (other - f).abs() < near && a[axis.index].is_none())
             {
-                Some((_, amplitudes)) => amplitudes[axis.index] = amplitude,
-                None => {
-                    let mut amplitudes = [None, None, None];
-                    amplitudes[axis.index] = amplitude;
-                    list.push((f, amplitudes));
-                }
+                amplitudes[axis.index] = amplitude;
+            } else {
+                let mut amplitudes = [None, None, None];
+                amplitudes[axis.index] = amplitude;
+                list.push((f, amplitudes));
             }
         }
     }

@@ -8,6 +8,7 @@ use sagnac_report::text::{
     Document, Estimate as Shown, Finding, Role, Sensor as ShownSensor, Table, Unit, general,
     term_name,
 };
+use std::fmt::Write as _;
 
 pub(crate) fn shown_sensor(sensor: Sensor) -> ShownSensor {
     match sensor {
@@ -380,17 +381,15 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
             .count();
         let mut text = format!("The {} is known: {}", sensor.name(), known.join(", "));
         if !bounded.is_empty() {
-            text.push_str(&format!(
-                "; {} only bounded from above",
-                bounded.join(" and ")
-            ));
+            let _ = write!(text, "; {} only bounded from above", bounded.join(" and "));
         }
         text.push('.');
         if warned > 0 {
-            text.push_str(&format!(
+            let _ = write!(
+                text,
                 " It was disturbed ({warned} warning{}): read the slow terms with care.",
                 if warned == 1 { "" } else { "s" }
-            ));
+            );
         }
         sentences.push(text);
     }
@@ -456,8 +455,6 @@ fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
     let sensor = channel.split('_').next().unwrap_or(&channel).to_owned();
     let text = if head.kind == IssueKind::Line {
         lines_text(group)
-    } else if !several {
-        head.text.clone()
     } else if group.iter().all(|i| i.text == head.text) {
         head.text.clone()
     } else if let Some(text) = joined_numbers(group, "changes by ") {
@@ -513,7 +510,7 @@ fn lines_text(group: &[&Issue]) -> String {
     }
     let mut text = out.join(", ");
     if group.len() > 4 {
-        text.push_str(&format!(" and {} more", group.len() - 4));
+        let _ = write!(text, " and {} more", group.len() - 4);
     }
     text.push_str("; may be aliased");
     text

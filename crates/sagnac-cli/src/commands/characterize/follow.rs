@@ -1,5 +1,6 @@
 //! `--follow`: reads a growing log, says the state on standard error, ends at a precision, the end, or an interrupt.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -110,7 +111,9 @@ fn look(name: &str, log: &Log, request: &Request) -> Result<Outcome, Error> {
         let dt = log.dt_s()?;
         for (channel, column) in log.layout.channels.iter_mut().zip(&mut log.columns) {
             if channel.is_increment {
-                column.iter_mut().for_each(|v| *v /= dt);
+                for v in column.iter_mut() {
+                    *v /= dt;
+                }
                 channel.is_increment = false;
             }
         }
@@ -197,7 +200,7 @@ fn say(outcome: &Outcome, wanted: Option<&[(String, f64)]>, context: &Context) {
             .fold(0.0, f64::max);
         if worst > *limit && need > log.duration_s {
             let left = sagnac::report::text::duration((need - log.duration_s).ceil());
-            text.push_str(&format!(" (± {:.0} % in {left})", 100.0 * limit));
+            let _ = write!(text, " (± {:.0} % in {left})", 100.0 * limit);
         }
         parts.push(text);
     }
