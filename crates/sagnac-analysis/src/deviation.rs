@@ -12,6 +12,7 @@ pub(crate) mod mdev;
 pub(crate) mod oadev;
 pub(crate) mod phase;
 pub(crate) mod theo1;
+mod theo1_table;
 pub(crate) mod totdev;
 
 use crate::confidence::{Interval, chi_squared_interval, equivalent_degrees};
