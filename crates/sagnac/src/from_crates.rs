@@ -56,3 +56,8 @@ impl From<sagnac_noise::Error> for Error {
         Self::data(error.to_string())
     }
 }
+impl From<sagnac_model::emit::EmitError> for Error {
+    fn from(error: sagnac_model::emit::EmitError) -> Self {
+        gather(Self::data(error.to_string()), error.place(), error.advice())
+    }
+}

@@ -14,6 +14,8 @@ pub(crate) mod grade;
 mod import;
 mod info;
 mod plan;
+mod correct;
+mod explain;
 mod response;
 mod simulate;
 pub(crate) mod strapdown;
@@ -42,6 +44,8 @@ pub(crate) enum Command {
     Grade(grade::Args),
     Info(info::Args),
     Plan(plan::Args),
+    Correct(correct::Args),
+    Explain(explain::Args),
     Response(response::Args),
     Simulate(simulate::Args),
     Strapdown(strapdown::Args),
@@ -65,6 +69,8 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Info(args) => info::run(&args, context),
         Command::Plan(args) => plan::run(&args, context),
         Command::Simulate(args) => simulate::run(&args, context),
+        Command::Correct(args) => correct::run(&args, context),
+        Command::Explain(args) => explain::run(&args, context),
         Command::Response(args) => response::run(&args, context),
         Command::Strapdown(args) => strapdown::run(&args, context),
     }

@@ -1,0 +1,69 @@
+//! `sagnac explain MODEL`: what each term adds for one input.
+
+use std::path::PathBuf;
+
+use sagnac::Error;
+use sagnac::explain::{explain, level_at_rest, parse_at};
+
+use crate::context::Context;
+use crate::models;
+use crate::outputs::{Output, publish_all};
+
+/// What each term adds to each axis for one input
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example\n  sagnac explain imu.toml --at 'f=0 0 -9.81 m/s^2, w=10 0 0 deg/s, T=40 degC'"
+)]
+pub(crate) struct Args {
+    /// A model file, or catalog:NAME
+    #[arg(value_name = "MODEL")]
+    model: String,
+    /// The input, 'f=…, w=…, wdot=…, T=…' [default: level at rest, at T0]
+    #[arg(long, value_name = "INPUT", allow_hyphen_values = true)]
+    at: Option<String>,
+    /// A picture, .svg or .png
+    #[arg(short, long, value_name = "F")]
+    output: Option<PathBuf>,
+    /// Replace the picture where it exists
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
+    let picture = match &args.output {
+        Some(path) => {
+            let name = path.display().to_string().to_ascii_lowercase();
+            if !(name.ends_with(".svg") || name.ends_with(".png")) {
+                return Err(
+                    Error::usage(format!("no picture is written as {}", path.display()))
+                        .at("-o")
+                        .advise("name it .svg or .png"),
+                );
+            }
+            Some((
+                Output::claim(path, "-o", args.force)?,
+                name.ends_with(".png"),
+            ))
+        }
+        None => None,
+    };
+    let model = models::load(&args.model)?;
+    let t0 = model.reference_temperature_c();
+    let at = match &args.at {
+        Some(text) => parse_at(text, t0)?,
+        None => level_at_rest(t0),
+    };
+    let outcome = explain(&model, &at)?;
+    let mut written = Vec::new();
+    if let Some((mut output, is_png)) = picture {
+        let svg = outcome.svg();
+        if is_png {
+            output.put(&svg.to_png().map_err(Error::data)?)?;
+        } else {
+            output.put(svg.standalone().as_bytes())?;
+        }
+        written = publish_all(vec![output])?;
+    }
+    context.show(|| outcome.document(), || outcome.to_json())?;
+    context.wrote(&written)
+}
