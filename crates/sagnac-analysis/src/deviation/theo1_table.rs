@@ -1,8 +1,8 @@
 //! Thêo1 of every factor of an octave at once, from lagged products.
 //!
 //! With C_l = Σ z_i z_{i+l} over a stretch of starts and H_l(s) what a shift by s takes off it,
-//! Σ_i [z_i − z_{i+k} + z_{i+m} − z_{i+m−k}]² = 4C_0 − H_0(m) − H_0(k) − H_0(m−k) − 4C_k
-//! + 2H_k(m−k) − 4C_{m−k} + 2H_{m−k}(k) + 2C_m + 2C_{m−2k} − 2H_{m−2k}(k). C comes from a
+//! Σ_i of the squared difference of lag k is the sum of 4C_0, −H_0(m), −H_0(k), −H_0(m−k),
+//! −4C_k, 2H_k(m−k), −4C_{m−k}, 2H_{m−k}(k), 2C_m, 2C_{m−2k}, −2H_{m−2k}(k). C comes from a
 //! Fourier transform, H_l(s) from a running sum that serves every m at once (the idea of
 //! `[LEWIS]`, on stretches of eight m whose line is taken out, so that nothing cancels).
 

@@ -24,11 +24,11 @@ impl AllanOutcome {
             let y_title = format!("{group}: {what}, {}", shown.page);
             let curves: Vec<ChartCurve> = axes
                 .iter()
-                .filter_map(|axis| self.curve_of(axis, &shown))
+                .filter_map(|axis| Self::curve_of(axis, &shown))
                 .collect();
             let mut chart = CurveChart::allan(&format!("allan-{}", charts.len()), &y_title, curves);
             if self.request.spectrum {
-                chart.x_title = "frequency f, Hz".to_owned();
+                "frequency f, Hz".clone_into(&mut chart.x_title);
             }
             charts.push(chart.draw());
         }
@@ -73,7 +73,7 @@ impl AllanOutcome {
         groups
     }
 
-    fn curve_of(&self, axis: &AllanAxis, shown: &Shown) -> Option<ChartCurve> {
+    fn curve_of(axis: &AllanAxis, shown: &Shown) -> Option<ChartCurve> {
         let label = axis
             .axis
             .rsplit_once('_')

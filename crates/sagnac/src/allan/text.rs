@@ -1,5 +1,7 @@
 //! The text of `allan`: a row an averaging time, a column an axis.
 
+use std::fmt::Write as _;
+
 use sagnac_analysis::{Deviation, Estimate, TauGrid};
 use sagnac_log::Quantity;
 use sagnac_report::text::{Align, Document, Table, Unit, general, group_thousands, significant};
@@ -101,17 +103,14 @@ impl AllanOutcome {
             general(1.0 / self.dt_s, 6)
         );
         if self.segments > 1 {
-            text.push_str(&format!(", {} stretches pooled", self.segments));
+            let _ = write!(text, ", {} stretches pooled", self.segments);
         }
         text.push('.');
         if self.estimate == Estimate::Strided {
             text.push_str(" Strided: starts at least every τ/64.");
         }
         if let Some(windows) = self.axes.iter().find_map(|axis| axis.windows.as_ref()) {
-            text.push_str(&format!(
-                " {} windows in JSON (--format json).",
-                windows.len()
-            ));
+            let _ = write!(text, " {} windows in JSON (--format json).", windows.len());
         }
         text
     }
