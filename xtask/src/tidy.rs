@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::steps::root;
 
-/// A file above this wants splitting.
-const LONGEST: usize = 700;
+/// A file above this wants splitting: it is named, not refused.
+const COMFORTABLE: usize = 700;
 
 pub(crate) fn run() -> Result<(), String> {
     let mut files = Vec::new();
@@ -28,8 +28,8 @@ pub(crate) fn run() -> Result<(), String> {
         if is_rust && !text.starts_with("//!") {
             faults.push(format!("{name} does not open with //!"));
         }
-        if is_rust && lines > LONGEST {
-            faults.push(format!("{name} has {lines} lines, over {LONGEST}"));
+        if is_rust && lines > COMFORTABLE {
+            println!("   note: {name} has {lines} lines, it wants splitting");
         }
         let unfinished = [
             concat!("todo", "!("),

@@ -203,7 +203,7 @@ fn entry_json(entry: &AuditEntry) -> Value {
         "possible": entry.possible,
         "log_ratio": ratio,
         "verdict": entry.verdict.key(),
-        "likely_mistake": entry.likely_mistake.map(|mistake| mistake.key()),
+        "likely_mistake": entry.likely_mistake.map(sagnac_model::foreign::Mistake::key),
         "text": entry.text,
     })
 }

@@ -96,7 +96,7 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
     if !is_moving {
         issues.extend(quick::issues(log, &health));
     }
-    issues.sort_by(|a, b| a.kind.is_note().cmp(&b.kind.is_note()));
+    issues.sort_by_key(|a| a.kind.is_note());
     let channels = log
         .layout
         .channels

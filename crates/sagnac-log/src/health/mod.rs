@@ -256,9 +256,9 @@ fn limit(issues: Vec<Issue>) -> Vec<Issue> {
         }
         seen += 1;
         if seen <= MOST_OF_A_KIND {
-            out.push(issue)
+            out.push(issue);
         } else {
-            more += 1
+            more += 1;
         }
     }
     say_more(&mut out, more);

@@ -418,26 +418,23 @@ static real nonlinear(real u, real k2, real k3, real a)
 fn add_table<T: Real>(out: &mut String, table: &Table<T>, to: &str, p: &str) {
     let name = &table.name;
     out.push_str("    {\n");
-    match table.range {
-        Some([low, high]) => {
-            let (low, high) = (lit(low, p), lit(high, p));
-            let _ = writeln!(
-                out,
-                "        const real t = hold(raw->temperature, {low}, {high});"
-            );
-            let _ = writeln!(
-                out,
-                "        if ((raw->temperature < {low}) || (raw->temperature > {high})) {{\n            flags |= 4u;\n        }}"
-            );
-        }
-        None => {
-            let (low, high) = (lit(T::from_f64(-40.0), p), lit(T::from_f64(85.0), p));
-            let _ = writeln!(out, "        const real t = raw->temperature;");
-            let _ = writeln!(
-                out,
-                "        if ((t < {low}) || (t > {high})) {{\n            flags |= 8u;\n        }}"
-            );
-        }
+    if let Some([low, high]) = table.range {
+        let (low, high) = (lit(low, p), lit(high, p));
+        let _ = writeln!(
+            out,
+            "        const real t = hold(raw->temperature, {low}, {high});"
+        );
+        let _ = writeln!(
+            out,
+            "        if ((raw->temperature < {low}) || (raw->temperature > {high})) {{\n            flags |= 4u;\n        }}"
+        );
+    } else {
+        let (low, high) = (lit(T::from_f64(-40.0), p), lit(T::from_f64(85.0), p));
+        let _ = writeln!(out, "        const real t = raw->temperature;");
+        let _ = writeln!(
+            out,
+            "        if ((t < {low}) || (t > {high})) {{\n            flags |= 8u;\n        }}"
+        );
     }
     if !table.polynomial.is_empty() {
         let _ = writeln!(
@@ -496,11 +493,11 @@ fn function<T: Real>(plan: &Plan<T>, out: &mut String) {
     if n_g || couples || n_a {
         out.push_str("    real rest[3];\n");
     }
-    if !(n_g || couples || n_a || offset) {
+    if n_g || couples || n_a || offset {
+        out.push_str("    int k;\n    int round;\n    int gyro_ok;\n    int accel_ok;\n    int boxed = 1;\n\n");
+    } else {
         // One round without coupling is the start itself.
         out.push_str("    int k;\n    int gyro_ok;\n    int accel_ok;\n    int boxed = 1;\n\n");
-    } else {
-        out.push_str("    int k;\n    int round;\n    int gyro_ok;\n    int accel_ok;\n    int boxed = 1;\n\n");
     }
     out.push_str("    /* bias and scale factor at this temperature */\n");
     for sensor in Sensor::ALL {
@@ -656,9 +653,10 @@ fn flags_of<T: Real>(plan: &Plan<T>, out: &mut String) {
         );
     } else {
         let c = |x: f64| lit(T::from_f64(x), p);
-        let size = |sensor: Sensor| match plan.inverse.range(sensor) {
-            Some(range) => lit(range, p),
-            None => {
+        let size = |sensor: Sensor| {
+            if let Some(range) = plan.inverse.range(sensor) {
+                lit(range, p)
+            } else {
                 let key = sensor.key();
                 format!(
                     "larger(size_of(raw->{key}[0]), larger(size_of(raw->{key}[1]), size_of(raw->{key}[2])))"

@@ -534,9 +534,10 @@ fn flags_of<T: Real>(plan: &Plan<T>, out: &mut String) {
         );
     } else {
         let c = |x: T| number(x, p);
-        let size = |sensor: Sensor| match plan.inverse.range(sensor) {
-            Some(range) => number(range, p),
-            None => {
+        let size = |sensor: Sensor| {
+            if let Some(range) = plan.inverse.range(sensor) {
+                number(range, p)
+            } else {
                 let key = sensor.key();
                 format!(
                     "larger(size_of(raw.{key}[0]), larger(size_of(raw.{key}[1]), size_of(raw.{key}[2])))"

@@ -491,7 +491,8 @@ fn gazebo(reader: &mut Reader) {
 /// `_w` is an Allan minimum unless it is below a hundredth of `_n`.
 fn imu_utils(reader: &mut Reader) {
     for (sensor, top, letters) in [(Gyro, "Gyr", "gyr"), (Accel, "Acc", "acc")] {
-        for block in ["avg-axis"] {
+        {
+            let block = "avg-axis";
             let [n, w] = ["n", "w"].map(|kind| format!("{top}.{block}.{letters}_{kind}"));
             reader.add(
                 &n,

@@ -169,7 +169,7 @@ impl ResponseOutcome {
         document.paragraph(closing);
         let mut missing: Vec<String> = Vec::new();
         let mut note = |name: &str, reason: Option<&&'static str>| {
-            missing.extend(reason.map(|reason| format!("{name}: {reason}")))
+            missing.extend(reason.map(|reason| format!("{name}: {reason}")));
         };
         note("accuracy", r.accuracy.as_ref().err());
         note("precision", r.precision.as_ref().err());

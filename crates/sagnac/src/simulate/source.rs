@@ -361,20 +361,17 @@ impl TruthSource for LogSource {
             }
         }
         rows.temperature.clear();
-        match (&self.plan.temperature, self.channels.temperature) {
-            (None, Some(column)) => {
-                rows.temperature
-                    .extend_from_slice(&self.columns[column][range.clone()]);
-            }
-            _ => {
-                let end = self.plan.end_s.unwrap_or(f64::INFINITY);
-                let times = &self.time_s[range.clone()];
-                rows.temperature.extend(
-                    times
-                        .iter()
-                        .map(|t| self.plan.mean_temperature(t - dt, *t, end)),
-                );
-            }
+        if let (None, Some(column)) = (&self.plan.temperature, self.channels.temperature) {
+            rows.temperature
+                .extend_from_slice(&self.columns[column][range.clone()]);
+        } else {
+            let end = self.plan.end_s.unwrap_or(f64::INFINITY);
+            let times = &self.time_s[range.clone()];
+            rows.temperature.extend(
+                times
+                    .iter()
+                    .map(|t| self.plan.mean_temperature(t - dt, *t, end)),
+            );
         }
         rows.motion.clear();
         rows.is_constant = false;
