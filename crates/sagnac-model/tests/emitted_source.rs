@@ -8,6 +8,8 @@
 #[path = "../../sagnac-core/tests/common/mod.rs"]
 mod common;
 
+#![allow(clippy::field_reassign_with_default, reason = "models are built key by key")]
+
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;

@@ -304,6 +304,7 @@ impl<'a> Source<'a> {
     }
 
     /// L and Q of A = L·Q, or why not.
+    #[allow(clippy::unused_self, reason = "reads as one of the source's questions")]
     pub(crate) fn lower(&self, matrix: &Matrix, sensor: Sensor) -> Result<(Matrix, Matrix), Error> {
         super::matrix::lower_and_rotation(matrix).ok_or_else(|| Error::BadValue {
             path: sensor.key().to_string(),
@@ -382,6 +383,7 @@ impl<'a> Source<'a> {
         number
     }
 
+    #[allow(clippy::unused_self, reason = "reads as one of the source's questions")]
     fn plain(
         &self,
         name: &str,

@@ -103,10 +103,9 @@ fn uncommented(line: &str, marks: &[char]) -> usize {
     for (at, c) in line.char_indices() {
         match quote {
             Some(open) if c == open => quote = None,
-            Some(_) => {}
             None if c == '"' => quote = Some(c),
             None if marks.contains(&c) => return at,
-            None => {}
+            _ => {}
         }
     }
     line.len()

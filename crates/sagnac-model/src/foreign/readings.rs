@@ -68,6 +68,7 @@ impl Reader<'_> {
     }
 
     /// Adds one number of a key that holds several, for an axis or all.
+    #[allow(clippy::too_many_arguments, reason = "a row of the tool's own table")]
     fn add_part(
         &mut self,
         key: &str,
@@ -426,6 +427,7 @@ fn gazebo(reader: &mut Reader) {
             .find(|item| item.key.ends_with(end))
             .map(|item| item.numbers[0])
     };
+    #[allow(clippy::type_complexity, reason = "a table of rows, read once")]
     let mut wanted: Vec<(
         String,
         usize,
