@@ -1,5 +1,11 @@
 //! The forward model against `tools/model_reference.py` (mpmath, 50 digits): every term
 //! alone and all together, to 1e-12 of the largest of input, output and bias.
+
+#![allow(clippy::unnecessary_to_owned, reason = "reads closest to its equation")]
+#![allow(
+    clippy::field_reassign_with_default,
+    reason = "reads closest to its equation"
+)]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use sagnac_core::{Measurement, OffDiagonal, SensorModel, Truth};

@@ -3,12 +3,15 @@
 //!
 //! `SAGNAC_EMIT_READINGS=1000000` runs a million readings a model in place of 20 000.
 //! Skipped where there is no gcc (rustc).
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    clippy::field_reassign_with_default,
+    reason = "tests"
+)]
 
 #[path = "../../sagnac-core/tests/common/mod.rs"]
 mod common;
-
-#![allow(clippy::field_reassign_with_default, reason = "models are built key by key")]
 
 use std::fs;
 use std::io::Write as _;

@@ -1,4 +1,9 @@
 //! Noise files as published with data sets and tools, and files made from models: exported, read back, judged.
+#![allow(
+    clippy::large_stack_arrays,
+    clippy::approx_constant,
+    reason = "tables of published digits"
+)]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use proptest::prelude::*;

@@ -4,6 +4,9 @@
 //! `gyro_rate_*`, ω̇ is the slope of the parabola through three samples of the gyro that was
 //! corrected without it; rows on either side of a gap are not joined.
 
+#![allow(clippy::type_complexity, reason = "a tuple of one use")]
+#![allow(clippy::large_types_passed_by_value, reason = "moved once")]
+
 use sagnac_core::{Compensation, CorrectedBlock, ReadingBlock, Sensor, SensorModel, flags};
 use sagnac_log::{Block, Channel, Layout, LogReader, LogWriter, Stamp};
 use sagnac_model::Model;

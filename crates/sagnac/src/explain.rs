@@ -3,6 +3,11 @@
 //! The lecture's equations (1) and (2) with the user's numbers: accelerometer terms are
 //! evaluated at f', so that `axis_offset` is f' − f and the sum of all is output − input.
 
+#![allow(
+    clippy::needless_pass_by_value,
+    reason = "the caller has no more use for it"
+)]
+
 use sagnac_core::{Measurement, Output, Sensor, SensorModel, Truth, vector};
 use sagnac_model::Model;
 use sagnac_model::units::{Dimension, parse_quantity};

@@ -3,6 +3,8 @@
 //! `latitude`, `longitude`, `height` or `position_x…z` (east, north, up), and for attitude
 //! `quaternion_w…z`, or `roll`, `pitch`, `heading`, or nothing.
 
+#![allow(clippy::items_after_statements, reason = "beside its only use")]
+
 use sagnac_log::Log;
 use sagnac_model::units::{Dimension, parse_quantity};
 use sagnac_nav::trajectory::{PathAttitude, PathData, PathPosition};

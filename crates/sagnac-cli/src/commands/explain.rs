@@ -1,5 +1,10 @@
 //! `sagnac explain MODEL`: what each term adds for one input.
 
+#![allow(
+    clippy::case_sensitive_file_extension_comparisons,
+    reason = "reads closest to its equation"
+)]
+
 use std::path::PathBuf;
 
 use sagnac::Error;

@@ -1,5 +1,10 @@
 //! `sagnac simulate MODEL`: a log with every error of a model, at rest, on a trajectory or on a log of truth.
 
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "reads closest to its equation"
+)]
+
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,5 +1,7 @@
 //! The text and the page of `drift`.
 
+#![allow(clippy::unused_self, reason = "reads as a question to the value")]
+
 use sagnac_report::html::{BudgetRow, DriftPage, HtmlCell, HtmlTable, Opening, Rich};
 use sagnac_report::plots::{DriftCloud, DriftGrowth, DriftShare};
 use sagnac_report::text::{

@@ -3,6 +3,9 @@
 //! y = round(saturate(lowpass(b + (I + M)u + N(u) + random terms))) (model.md §2). Each axis has its
 //! own generators, so that axes can be worked by several threads without a change of any sample.
 
+#![allow(clippy::type_complexity, reason = "a tuple of one use")]
+#![allow(clippy::large_stack_arrays, reason = "fixed scratch of a block")]
+
 use rayon::prelude::*;
 use sagnac_core::{Draw, Measurement, OffDiagonal, OutputStage, Sensor, SensorModel, Truth};
 use sagnac_model::Model;
