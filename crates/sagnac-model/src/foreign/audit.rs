@@ -524,7 +524,10 @@ fn mistake(
     }
     // The ratio, or the end of its interval that is nearest to a target.
     let near = |target: f64| {
-        let nearest = target.clamp(ratio.lower, ratio.upper);
+        // A negative or unbounded value swaps the ends or leaves none: `clamp` would panic.
+        let nearest = target
+            .max(ratio.lower.min(ratio.upper))
+            .min(ratio.lower.max(ratio.upper));
         within(ratio.value, target, 0.12) || within(nearest, target, 0.12)
     };
     if noise && let Some(rate_hz) = rate_hz {
