@@ -290,7 +290,7 @@ mod tests {
             ..ellipse(1.0, 1.0)
         };
         assert!(
-            (h.radius_m(0.5) - 3.1749).abs() < 2e-3,
+            (h.radius_m(0.5) - 3.165_245_788).abs() < 1e-8,
             "{}",
             h.radius_m(0.5)
         );
