@@ -37,6 +37,7 @@ pub(crate) fn run() -> Result<(), String> {
         if let Err(why) = check(
             Command::new(&python)
                 .arg(&path)
+                .arg(&program)
                 .env("SAGNAC", &program)
                 .env("OMP_NUM_THREADS", "1"),
         ) {

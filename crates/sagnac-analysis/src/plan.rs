@@ -1,7 +1,7 @@
 //! How well a log of a given length can know each term, and how long it must be: the Cramér–Rao bound.
 //!
 //! J_ab = ½ Σ_j ∂ln S(f_j)/∂ln θ_a · ∂ln S(f_j)/∂ln θ_b over f_j = j/(2n·dt), j = 1…n−1, S the exact spectrum of interval
-//! means; relative σ of θ_a = √(J⁻¹)_aa with every term of the mixture and the mean unknown. Source: [Whittle1953].
+//! means; relative σ of θ_a = √(J⁻¹)_aa with every term of the mixture and the mean unknown. Source: \[Whittle1953\].
 
 use crate::fit::NoiseTerms;
 use crate::fit::internal::{BinnedLog, Problem, inverse, line_information};
@@ -168,7 +168,7 @@ impl Columns {
     }
 }
 
-/// The shortest duration [s], to 1 %, at which every wanted precision is reached; none where a year does not do.
+/// The shortest duration \[s\], to 1 %, at which every wanted precision is reached; none where a year does not do.
 pub fn duration_for(terms: &NoiseTerms, step_s: f64, wanted: &[(PlannedTerm, f64)]) -> Option<f64> {
     const YEAR_S: f64 = 365.25 * 86_400.0;
     let reached = |duration: f64| {
@@ -202,7 +202,7 @@ pub fn mean_error(terms: &NoiseTerms, duration_s: f64, step_s: f64) -> f64 {
     terms.mean_variance(duration_s, step_s).sqrt()
 }
 
-/// The length [s] from which doubling the time betters the mean's error by less than 10 %; none within ten years.
+/// The length \[s\] from which doubling the time betters the mean's error by less than 10 %; none within ten years.
 pub fn mean_saturates(terms: &NoiseTerms, step_s: f64) -> Option<f64> {
     let mut duration = step_s;
     while duration < 10.0 * 365.25 * 86_400.0 {

@@ -165,7 +165,7 @@ impl Model {
         self.manufacturer.as_deref()
     }
 
-    /// The sampling rate [Hz].
+    /// The sampling rate \[Hz\].
     pub fn sample_rate_hz(&self) -> Option<f64> {
         self.sample_rate.as_ref()?.value
     }

@@ -82,7 +82,7 @@ impl Model {
         self.set_root("manufacturer", text(manufacturer));
     }
 
-    /// Sets the sampling rate [Hz].
+    /// Sets the sampling rate \[Hz\].
     pub fn set_sample_rate_hz(&mut self, rate_hz: f64) -> Result<(), Error> {
         self.set_sample_rate(Entry::of(rate_hz, Dimension::FREQUENCY))
     }

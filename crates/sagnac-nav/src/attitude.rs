@@ -1,6 +1,6 @@
 //! Three-vectors, rotation matrices and quaternions, C = [columns are the body axes]; quaternions scalar-first
 //! (model.md §1). Rotation vectors and matrices are linked by Rodrigues' formula C = I + sin φ [u×] + (1 − cos φ)[u×]²
-//! [TITTERTON].
+//! \[TITTERTON\].
 
 /// A vector.
 pub type Vec3 = [f64; 3];

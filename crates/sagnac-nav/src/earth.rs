@@ -1,5 +1,5 @@
 //! The Earth: WGS 84 with normal gravity, or a sphere at rest, g(φ, h) = γ_e (1 + k sin²φ)/√(1 − e² sin²φ) ·
-//! [1 − (2/a)(1 + f + m − 2f sin²φ)h + 3h²/a²] [WGS84].
+//! [1 − (2/a)(1 + f + m − 2f sin²φ)h + 3h²/a²] \[WGS84\].
 //!
 //! Gravity points down along the ellipsoid normal at every height and contains the centrifugal part.
 

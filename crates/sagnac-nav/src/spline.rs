@@ -1,5 +1,5 @@
 //! Interpolating splines of degree five with the not-a-knot condition, on any increasing times: B-splines on the knots
-//! t₀ (six times), t₃ … t_{n−4}, t_{n−1} (six times), their coefficients from the banded collocation system [DEBOOR].
+//! t₀ (six times), t₃ … t_{n−4}, t_{n−1} (six times), their coefficients from the banded collocation system \[DEBOOR\].
 //!
 //! With fewer than six points the polynomial of degree n − 1.
 

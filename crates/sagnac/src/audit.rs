@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 pub struct AuditRequest<'a> {
     /// The format; found by its keys where absent.
     pub from: Option<Format>,
-    /// The sampling rate, where the file does not say it [Hz].
+    /// The sampling rate, where the file does not say it, in Hz.
     pub rate_hz: Option<f64>,
     /// What the numbers are compared with: a sheet, or what a log gave.
     pub reference: Option<&'a Model>,

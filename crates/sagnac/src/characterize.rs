@@ -60,7 +60,7 @@ pub struct AxisOutcome {
     pub sensor: Sensor,
     /// 0, 1, 2 for x, y, z.
     pub index: usize,
-    /// Step of the values' grid [SI].
+    /// Step of the values' grid, in SI.
     pub lsb: Option<f64>,
     /// Whether the log held increments.
     pub from_increments: bool,
@@ -87,9 +87,9 @@ pub struct LogOutcome {
     pub samples: usize,
     /// Samples a second.
     pub rate_hz: f64,
-    /// Length [s].
+    /// Length, in s.
     pub duration_s: f64,
-    /// Time of the first sample on the log's own clock [s].
+    /// Time of the first sample on the log's own clock, in s.
     pub first_s: f64,
     /// What was found, on the log's own clock.
     pub issues: Vec<Issue>,

@@ -23,7 +23,7 @@ pub struct ComparedTerm {
     pub unit: String,
     /// What was measured.
     pub measured: Estimate,
-    /// The reference [SI].
+    /// The reference, in SI.
     pub reference: f64,
     /// Whether the reference was given as a one-sided density.
     pub is_density: bool,

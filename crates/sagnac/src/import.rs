@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 pub struct ImportRequest {
     /// The format; found by its keys where absent.
     pub from: Option<Format>,
-    /// The sampling rate, where the file does not say it [Hz].
+    /// The sampling rate, where the file does not say it, in Hz.
     pub rate_hz: Option<f64>,
 }
 

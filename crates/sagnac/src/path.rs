@@ -149,7 +149,7 @@ pub fn path_data(log: &Log) -> Result<PathData, Error> {
 /// The trajectory along the path of a log; local axes are tangent at `start`.
 ///
 /// # Errors
-/// Those of [`path_data`] and of [`Path::new`], with the log's name.
+/// Those of [`path_data`] and of [`sagnac_nav::trajectory::Path::new`], with the log's name.
 pub fn trajectory_of_log(
     log: &Log,
     label: &str,

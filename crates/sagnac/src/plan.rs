@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 /// What is wanted.
 #[derive(Debug, Clone)]
 pub enum Wanted {
-    /// What a log of this length [s] reaches.
+    /// What a log of this length, in s reaches.
     Duration(f64),
     /// The shortest log that reaches every precision: a list like `angle_random_walk=2%, bias_instability=10%`.
     Precision(String),
@@ -34,28 +34,28 @@ pub struct PlannedAxis {
     pub terms: NoiseTerms,
     /// What the planned length reaches.
     pub precision: Precision,
-    /// Standard error of the mean over the planned length [SI].
+    /// Standard error of the mean over the planned length, in SI.
     pub mean_sigma: f64,
-    /// Length [s] from which doubling it betters the mean by less than 10 %.
+    /// Length, in s from which doubling it betters the mean by less than 10 %.
     pub mean_saturates_s: Option<f64>,
 }
 
 /// The plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Length [s].
+    /// Length, in s.
     pub duration_s: f64,
     /// Samples a second.
     pub rate_hz: f64,
     /// Every axis with noise.
     pub axes: Vec<PlannedAxis>,
-    /// Other lengths [s] with what they reach, an entry an axis.
+    /// Other lengths, in s with what they reach, an entry an axis.
     pub curve: Vec<(f64, Vec<Precision>)>,
-    /// The term that decides the length: axis, JSON name, and the length [s] that it alone needs.
+    /// The term that decides the length: axis, JSON name, and the length, in s that it alone needs.
     pub decides: Vec<(String, String, f64)>,
 }
 
-/// Lengths of the curve [s]: 10 min to 1 day.
+/// Lengths of the curve, in s: 10 min to 1 day.
 const CURVE_S: [f64; 9] = [
     600.0, 1800.0, 3600.0, 7200.0, 14_400.0, 28_800.0, 43_200.0, 64_800.0, 86_400.0,
 ];

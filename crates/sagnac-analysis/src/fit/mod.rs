@@ -2,8 +2,8 @@
 //!
 //! The log's coefficients c_j of the DCT-II are nearly independent with variance S(f_j)/dt at f_j = j/(2n·dt), so
 //! −2 ln L = Σ_j [ln S(f_j) + c_j²·dt/S(f_j)]; S is the sum of the exact spectra of interval means, the mean and slow
-//! regressors are profiled out. For white noise and random walk this is the exact likelihood. Sources: [IEEE952] for the
-//! terms, [Whittle1953] for the likelihood.
+//! regressors are profiled out. For white noise and random walk this is the exact likelihood. Sources: \[IEEE952\] for the
+//! terms, \[Whittle1953\] for the likelihood.
 
 #![allow(
     clippy::trivially_copy_pass_by_ref,

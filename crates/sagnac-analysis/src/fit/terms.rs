@@ -24,7 +24,7 @@ impl NoiseTerms {
         s * step_s
     }
 
-    /// Allan variance [unit²] at `tau_s`.
+    /// Allan variance \[unit²\] at `tau_s`.
     pub fn allan_variance(&self, tau_s: f64) -> f64 {
         let t = tau_s;
         let mut v = 3.0 * (self.quantization / t).powi(2)

@@ -18,7 +18,7 @@ pub struct AxisData<'a> {
     pub segments: &'a [Segment<'a>],
     /// Temperature [°C] of the same samples: the same segments, with the same lengths.
     pub temperature: Option<&'a [Segment<'a>]>,
-    /// Step between samples [s].
+    /// Step between samples \[s\].
     pub step_s: f64,
     /// Step of the values' grid [unit of the axis] (the size of one count), where there is one.
     pub lsb: Option<f64>,
@@ -203,7 +203,7 @@ impl Estimate {
     }
 }
 
-/// A Gauss–Markov process: σ [unit of the axis] and T_c [s].
+/// A Gauss–Markov process: σ [unit of the axis] and T_c \[s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussMarkovEstimate {
     /// Standard deviation of the process.
@@ -235,12 +235,12 @@ pub enum RegressorKind {
     },
     /// Exponential from the start; its amplitude at the log's start.
     WarmUp {
-        /// Time constant [s].
+        /// Time constant \[s\].
         time_constant_s: f64,
     },
     /// Lasting change of the mean; its height.
     Step {
-        /// Time of the change [s].
+        /// Time of the change \[s\].
         time_s: f64,
     },
 }
@@ -305,11 +305,11 @@ pub struct Finding {
     pub kind: FindingKind,
     /// Start of the span [s from the log's first sample].
     pub start_s: f64,
-    /// End of the span [s].
+    /// End of the span \[s\].
     pub end_s: f64,
     /// Samples concerned.
     pub count: usize,
-    /// A frequency, height or size that belongs to it [SI], for texts in users' units.
+    /// A frequency, height or size that belongs to it \[SI\], for texts in users' units.
     pub size: Option<f64>,
     /// One sentence, in SI.
     pub text: String,
@@ -318,7 +318,7 @@ pub struct Finding {
 /// One bin of the measured spectrum beside the fit, two-sided densities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectrumBin {
-    /// Frequency [Hz].
+    /// Frequency \[Hz\].
     pub frequency_hz: f64,
     /// Measured mean density, regressors and lines taken out [unit²/Hz].
     pub measured: f64,
@@ -343,9 +343,9 @@ pub struct NoiseTerms {
     pub random_walk: f64,
     /// R [unit/s].
     pub ramp: f64,
-    /// (σ [unit], T_c [s]) of each Gauss–Markov process.
+    /// (σ [unit], T_c \[s\]) of each Gauss–Markov process.
     pub gauss_markov: Vec<(f64, f64)>,
-    /// (amplitude [unit], frequency [Hz]) of each line.
+    /// (amplitude [unit], frequency \[Hz\]) of each line.
     pub sinusoids: Vec<(f64, f64)>,
 }
 
@@ -377,9 +377,9 @@ impl Covariance {
 pub struct AxisEstimate {
     /// Samples used.
     pub samples: usize,
-    /// Step [s].
+    /// Step \[s\].
     pub step_s: f64,
-    /// Samples × step [s].
+    /// Samples × step \[s\].
     pub duration_s: f64,
     /// Mean of the samples; `sigma` is its standard error given the fitted noise.
     pub mean: Estimate,

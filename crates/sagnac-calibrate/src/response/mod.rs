@@ -1,7 +1,7 @@
 //! Accuracy, precision, resolution, sensitivity and linearity of one axis from pairs of reference and output.
 //!
 //! y = a + S·x by least squares; everything else is measured from that line or from repeated readings.
-//! Lecture slides S1–S3, terms of [IEEE528].
+//! Lecture slides S1–S3, terms of `[IEEE528]`.
 //!
 //! ```
 //! use sagnac_calibrate::response::{Reading, Options, respond};

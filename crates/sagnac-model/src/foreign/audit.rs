@@ -137,7 +137,7 @@ pub struct Audit {
     pub format: Format,
     /// Another format that it fits.
     pub also: Option<Format>,
-    /// The rate used [Hz].
+    /// The rate used \[Hz\].
     pub rate_hz: Option<f64>,
     /// Number by number.
     pub entries: Vec<AuditEntry>,

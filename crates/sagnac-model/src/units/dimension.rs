@@ -107,7 +107,7 @@ const fn named(
 impl Dimension {
     /// A number without dimension: `300 ppm`, `0.1 %`, `0.003`.
     pub const RATIO: Self = named(Exponents::NONE, "a plain number", "300 ppm", "ppm");
-    /// An angle [rad].
+    /// An angle \[rad\].
     pub const ANGLE: Self = named(Exponents::of(1, 0, 0, 0), "an angle", "0.5 mrad", "mrad");
     /// An angular rate [rad/s].
     pub const ANGULAR_RATE: Self = named(
@@ -151,7 +151,7 @@ impl Dimension {
         "1.5 deg/h/sqrt(h)",
         "deg/h/sqrt(h)",
     );
-    /// A length [m].
+    /// A length \[m\].
     pub const LENGTH: Self = named(Exponents::of(0, 1, 0, 0), "a length", "10 mm", "mm");
     /// A speed [m/s].
     pub const SPEED: Self = named(Exponents::of(0, 1, -2, 0), "a speed", "0.1 mm/s", "mm/s");
@@ -186,9 +186,9 @@ impl Dimension {
         "0.5 mg/sqrt(h)",
         "mg/sqrt(h)",
     );
-    /// A duration [s].
+    /// A duration \[s\].
     pub const TIME: Self = named(Exponents::of(0, 0, 2, 0), "a duration", "30 s", "s");
-    /// A frequency [Hz].
+    /// A frequency \[Hz\].
     pub const FREQUENCY: Self = named(Exponents::of(0, 0, -2, 0), "a frequency", "100 Hz", "Hz");
     /// An absolute temperature; the value is in degrees Celsius, kelvins are converted.
     pub const TEMPERATURE: Self = Dimension {
@@ -199,7 +199,7 @@ impl Dimension {
         per_kelvin: 0,
         absolute_temperature: true,
     };
-    /// A difference of temperatures [K].
+    /// A difference of temperatures \[K\].
     pub const TEMPERATURE_DIFFERENCE: Self = named(
         Exponents::of(0, 0, 0, 1),
         "a temperature difference",
