@@ -1,6 +1,6 @@
 //! Models for other tools: each format with the keys, units and conventions of that tool's own code, a comment per number.
 //!
-//! The rules of which number becomes which are the same for all and stand in [`source`]; a file an exporter.
+//! The rules of which number becomes which are the same for all and stand in `source`; a file an exporter.
 
 mod ardupilot;
 mod basalt;
