@@ -12,6 +12,7 @@ pub mod characterize;
 pub mod compare;
 pub mod convert;
 pub mod correct;
+pub mod demo;
 pub mod drift;
 mod error;
 pub mod explain;

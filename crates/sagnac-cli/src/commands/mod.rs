@@ -9,6 +9,7 @@ mod compare;
 mod completions;
 mod convert;
 mod correct;
+mod demo;
 pub(crate) mod drift;
 mod explain;
 mod export;
@@ -40,6 +41,7 @@ pub(crate) enum Command {
     Compare(compare::Args),
     Completions(completions::Args),
     Convert(convert::Args),
+    Demo(demo::Args),
     Drift(drift::Args),
     Grade(grade::Args),
     Info(info::Args),
@@ -63,6 +65,7 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Characterize(args) => characterize::run(&args, context),
         Command::Compare(args) => compare::run(&args, context),
         Command::Completions(args) => completions::run(&args, context),
+        Command::Demo(args) => demo::run(&args, context),
         Command::Convert(args) => convert::run(&args, context),
         Command::Drift(args) => drift::run(&args, context),
         Command::Grade(args) => grade::run(&args, context),
