@@ -400,7 +400,7 @@ impl ExplainOutcome {
         for sensor in Sensor::ALL {
             let unit = shown(sensor);
             let of_sensor = || self.axes.iter().filter(move |axis| axis.sensor == sensor);
-            let sum = |axis: &AxisTerms| axis.terms.iter().map(|t| t.1).sum::<f64>();
+            let sum = |axis: &AxisTerms| axis.terms.iter().map(|t| t.1).sum::<f64>() + 0.0;
             // Bars to the left have 18 columns, to the right 25, one scale for the sensor.
             let values = || {
                 of_sensor()
@@ -486,7 +486,7 @@ impl ExplainOutcome {
                     .iter()
                     .map(|(term, value)| (term.clone(), value * unit.per_si))
                     .collect(),
-                sum: axis.terms.iter().map(|t| t.1).sum::<f64>() * unit.per_si,
+                sum: axis.terms.iter().map(|t| t.1).sum::<f64>() + 0.0 * unit.per_si,
             })
             .collect()
     }

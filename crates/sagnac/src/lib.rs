@@ -42,3 +42,8 @@ pub use sagnac_model as model;
 pub use sagnac_nav as nav;
 pub use sagnac_noise as noise;
 pub use sagnac_report as report;
+
+/// The examples of the README are run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
