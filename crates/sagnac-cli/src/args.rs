@@ -55,7 +55,7 @@ const HELP: &str = "{about-with-newline}\n{usage-heading} {usage}\n{after-help}\
     subcommand_required = true,
     help_template = HELP,
     propagate_version = false,
-    max_term_width = 80
+    term_width = 80
 )]
 pub(crate) struct Cli {
     #[command(flatten)]

@@ -28,7 +28,7 @@ use crate::quantities::{positive, quantity};
 /// A log with every error of a sensor model: what it puts out at rest or in motion
 #[derive(clap::Args)]
 #[command(
-    override_usage = "sagnac simulate MODEL (--rest TIME | --trajectory NAME|F | --inputs LOG) -o LOG",
+    override_usage = "sagnac simulate MODEL (--rest T | --trajectory F | --inputs LOG) -o LOG",
     after_help = "Example\n  sagnac simulate imu.toml --rest 2h --rate 100Hz --latitude 46.5deg -o rest.npy"
 )]
 pub(crate) struct Args {
