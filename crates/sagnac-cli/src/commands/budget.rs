@@ -13,7 +13,7 @@ use crate::quantities::positive;
 /// Which sensors meet a drift requirement, and which parameter values would?
 #[derive(clap::Args)]
 #[command(
-    override_usage = "sagnac budget [MODEL] (--cep LENGTH | --r95 LENGTH) --after TIME [OPTIONS]",
+    override_usage = "sagnac budget [MODEL] (--cep D | --r95 D) --after TIME [OPTIONS]",
     after_help = "Example\n  sagnac budget --cep '1 km' --after 10min --trajectory drive"
 )]
 pub(crate) struct Args {
