@@ -6,6 +6,8 @@
     reason = "a command for developers"
 )]
 
+mod elf;
+mod embedded;
 mod fidelity;
 mod pages;
 mod python;
@@ -23,6 +25,7 @@ cargo xtask TASK
   tidy      the rules on files alone
   pages     pages and plots, measured in a headless browser
   fidelity  the joint estimate against known truth: [--axes N] [--seed S] [--set basic,wide,weak,corners]
+  embedded  core and noise without std; the Cortex-M4's object without a panic path
   python    the cross-checks against independent Python implementations
 ";
 
@@ -35,6 +38,7 @@ fn main() -> ExitCode {
         "fidelity" => steps.run("fidelity", || {
             fidelity::run(&std::env::args().skip(2).collect::<Vec<_>>())
         }),
+        "embedded" => steps.run("without std", embedded::run),
         "pages" => steps.run("pages in a browser", pages::run),
         "python" => steps.run("python cross-checks", python::run),
         _ => {
@@ -83,6 +87,7 @@ fn test(steps: &mut Steps) {
         &[("RUSTDOCFLAGS", "-D warnings")],
     );
     steps.cargo("release build", &["build", "--release", "--quiet"]);
+    steps.run("without std", embedded::run);
     steps.run("pages in a browser", pages::run);
     steps.run("python cross-checks", python::run);
 }
