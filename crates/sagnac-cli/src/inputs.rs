@@ -56,16 +56,29 @@ impl LogOptions {
             start_s: optional("--start", self.start.as_deref(), Dimension::TIME)?,
             end_s: optional("--end", self.end.as_deref(), Dimension::TIME)?,
             axes: self.axes.clone(),
+            any_topic: false,
             threads: rayon::current_num_threads(),
         })
     }
 
     /// Opens a log by name; `-` is standard input.
     pub(crate) fn open(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
-        let options = self.read_options()?;
-        let (source, meter) = source(path)?;
-        Ok((sagnac::log::open(source, &options)?, meter))
+        open_with(path, &self.read_options()?)
     }
+
+    /// Opens a log for a look at it: of several topics the first.
+    pub(crate) fn open_any(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
+        let options = ReadOptions {
+            any_topic: true,
+            ..self.read_options()?
+        };
+        open_with(path, &options)
+    }
+}
+
+fn open_with(path: &Path, options: &ReadOptions) -> Result<(Box<dyn LogReader>, Meter), Error> {
+    let (source, meter) = source(path)?;
+    Ok((sagnac::log::open(source, options)?, meter))
 }
 
 /// How many bytes of an input have been read, for progress.

@@ -9,6 +9,8 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// `--topic`.
     pub topic: Option<String>,
+    /// Takes the first of several topics instead of refusing, for a look at what is there.
+    pub any_topic: bool,
     /// `--start`, seconds from the first sample.
     pub start_s: Option<f64>,
     /// `--end`, seconds from the first sample.

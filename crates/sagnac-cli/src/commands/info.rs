@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             sagnac::model::Model::parse(&inputs::text(path)?, &label).map_err(Error::from)
         })
         .transpose()?;
-    let (mut reader, _meter) = args.options.open(&args.log)?;
+    let (mut reader, _meter) = args.options.open_any(&args.log)?;
     let log = Log::read(&mut *reader)?;
     let outcome =
         info(&log, &InfoRequest { model }).map_err(|e| e.at(args.log.display().to_string()))?;

@@ -1,5 +1,17 @@
 //! Formats are recognized by their first bytes, never by a name alone.
 
+mod bag;
+mod chunked;
+mod dataflash;
+mod mcap;
+mod part;
+mod ros;
+mod scan;
+mod table;
+mod ulog;
+
+use chunked::Chunked;
+
 use crate::input::Input;
 use crate::map::raw::RawReader;
 use crate::npy::Npy;
@@ -12,6 +24,14 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
     let packed = input.packed;
     let raw: Box<dyn RawReader> = if input.head.starts_with(b"\x93NUMPY") {
         Box::new(Npy::open(input.bytes, packed)?)
+    } else if input.head.starts_with(bag::MAGIC) {
+        Box::new(Chunked::<bag::Bag>::open(input.bytes, packed, options)?)
+    } else if input.head.starts_with(mcap::MAGIC) {
+        Box::new(Chunked::<mcap::Mcap>::open(input.bytes, packed, options)?)
+    } else if input.head.starts_with(ulog::MAGIC) {
+        Box::new(ulog::Ulog::open(input.bytes, packed, options)?)
+    } else if input.head.starts_with(dataflash::MAGIC) {
+        Box::new(dataflash::Dataflash::open(input.bytes, packed, options)?)
     } else {
         Box::new(TextTable::open(
             input.bytes.into_stream(),

@@ -1,0 +1,120 @@
+//! What message formats share: the columns of an inertial message, the choice of a topic, rows to a block.
+
+use crate::map::raw::{Plan, RawColumn};
+use crate::text::number::TimeKind;
+use crate::{Block, Error, ReadOptions, Topic};
+
+/// Rows handed out at once.
+pub(crate) const ROWS: usize = 1 << 13;
+
+/// A column that is a channel by the format's definition.
+pub(crate) fn column(channel: &str, unit: &str) -> RawColumn {
+    RawColumn {
+        name: channel.to_owned(),
+        unit: Some(unit.to_owned()),
+        channel: Some(channel.to_owned()),
+        ..RawColumn::default()
+    }
+}
+
+/// `time` in `time_unit`, then the triads asked for in rad/s and m/s^2.
+pub(crate) fn columns(time_unit: &str, has_gyro: bool, has_accel: bool) -> Vec<RawColumn> {
+    let mut out = vec![column("time", time_unit)];
+    for (word, unit, has) in [("gyro", "rad/s", has_gyro), ("accel", "m/s^2", has_accel)] {
+        if has {
+            out.extend(["x", "y", "z"].map(|a| column(&format!("{word}_{a}"), unit)));
+        }
+    }
+    out
+}
+
+/// Adds one row: a time stamp that is a whole number, and the values of the columns after it.
+#[inline]
+pub(crate) fn push(block: &mut Block, plan: &Plan, time: i64, values: &[f64]) {
+    if let Some((_, kind)) = plan.time {
+        match (&mut block.stamps, kind) {
+            (
+                crate::Stamps::Nanoseconds(v),
+                TimeKind::Decimal {
+                    exponent: -9,
+                    multiple: 1,
+                },
+            ) => v.push(time),
+            (stamps, kind) => stamps.push(kind.of_integer(time)),
+        }
+    }
+    for (out, &c) in block.columns.iter_mut().zip(&plan.columns) {
+        out.push(match c {
+            0 => time as f64,
+            c => values.get(c - 1).copied().unwrap_or(f64::NAN),
+        });
+    }
+    block.rows += 1;
+}
+
+/// An empty block of the plan's columns.
+pub(crate) fn begin(block: &mut Block, plan: &Plan) {
+    block.clear();
+    block.columns.resize_with(plan.columns.len(), Vec::new);
+}
+
+/// Index of the topic to read: the one asked for, or the only inertial one.
+pub(crate) fn choose(topics: &[Topic], options: &ReadOptions, what: &str) -> Result<usize, Error> {
+    let inertial: Vec<usize> = (0..topics.len())
+        .filter(|&i| topics[i].is_inertial)
+        .collect();
+    let list = |which: &[usize]| {
+        let mut text: Vec<&str> = which
+            .iter()
+            .take(20)
+            .map(|&i| topics[i].name.as_str())
+            .collect();
+        if which.len() > 20 {
+            text.push("…");
+        }
+        text.join(", ")
+    };
+    if let Some(name) = options.topic.as_deref() {
+        let same = |t: &Topic| t.name == name || t.name.strip_prefix('/') == Some(name);
+        let found = inertial
+            .iter()
+            .copied()
+            .find(|&i| same(&topics[i]))
+            .or_else(|| topics.iter().position(same));
+        return match found {
+            Some(i) if topics[i].is_inertial => Ok(i),
+            Some(i) => Err(Error::data(format!(
+                "`{name}` is of type {}, not {what}",
+                crate::map::columns::clip(&topics[i].kind)
+            ))
+            .at("--topic")
+            .advise(format!("inertial topics of the log: {}", list(&inertial)))),
+            None => Err(Error::data(format!("the log has no topic `{name}`"))
+                .at("--topic")
+                .advise(format!("inertial topics of the log: {}", list(&inertial)))),
+        };
+    }
+    match inertial.as_slice() {
+        [one] => Ok(*one),
+        [] => {
+            let all: Vec<usize> = (0..topics.len()).collect();
+            let error = Error::data(format!("the log has no {what}"));
+            Err(if all.is_empty() {
+                error
+            } else {
+                error.advise(format!("it holds {}", list(&all)))
+            })
+        }
+        [first, ..] if options.any_topic => Ok(*first),
+        [first, ..] => Err(Error::data(format!(
+            "the log has {} inertial topics: {}",
+            inertial.len(),
+            list(&inertial)
+        ))
+        .at("--topic")
+        .advise(format!(
+            "choose one, for instance --topic {}",
+            topics[*first].name
+        ))),
+    }
+}
