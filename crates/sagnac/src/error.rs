@@ -58,6 +58,8 @@ impl Error {
     pub fn at(mut self, place: impl Into<String>) -> Self {
         let outer = place.into();
         self.place = Some(match self.place.take() {
+            // A place that names its file already is not told twice.
+            Some(inner) if inner.starts_with(&outer) => inner,
             Some(inner) => format!("{outer}, {inner}"),
             None => outer,
         });

@@ -98,7 +98,7 @@ const MOST_OF_A_KIND: usize = 100;
 /// Checks a log and cleans it.
 ///
 /// # Errors
-/// A log whose stamps never advance and that has no rate.
+/// A log whose stamps never advance and that has no rate; one without a single number.
 ///
 /// ```
 /// use sagnac_log::{ReadOptions, Source, health, read};
@@ -111,6 +111,12 @@ const MOST_OF_A_KIND: usize = 100;
 /// # Ok::<(), sagnac_log::Error>(())
 /// ```
 pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Error> {
+    if !log.columns.is_empty() && log.columns.iter().flatten().all(|v| !v.is_finite()) {
+        return Err(
+            Error::data("the log holds no numbers: every value is NaN or infinite")
+                .advise("look at what recorded it"),
+        );
+    }
     let clock = time::Clock::of(log)?;
     let dt = clock.dt_s;
     let mut issues = time::issues(&clock);

@@ -1,12 +1,16 @@
 //! Somebody moved the sensor: averages that leave their neighbors, or scatter that bursts.
 //!
 //! Averages over max(1 s, 50 samples), and over ten of them; σ_A is the robust scatter of the differences of
-//! neighboring averages over √2.
+//! neighboring averages over √2. A sensor that moves shows it on all axes of a triad at once, so that the differences
+//! are also judged together, as √Σ(d/σ_A)² over the axes, at more scales: `together`.
 
 use std::ops::Range;
 
 use super::robust;
 use super::time::Clock;
+
+mod together;
+
 use crate::{Issue, IssueKind, Log, Quantity};
 
 /// An interval of motion.
@@ -108,10 +112,9 @@ struct Mark {
 pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>]) -> Vec<Motion> {
     let size = ((1.0 / clock.dt_s).round() as usize).max(50);
     let mut found: Vec<Motion> = Vec::new();
-    for size in [size, 10 * size] {
-        if log.rows / size >= 20 {
-            at_scale(log, size, stuck, &mut found);
-        }
+    together::intervals(log, size, stuck, &mut found);
+    if log.rows / size >= 20 {
+        jumps_and_bursts(log, size, stuck, &mut found);
     }
     found.sort_by_key(|m| m.rows.start);
     let mut out: Vec<Motion> = Vec::new();
@@ -131,7 +134,8 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     out
 }
 
-fn at_scale(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: &mut Vec<Motion>) {
+/// Adds jumps on two channels or more, and scatter that bursts, where nothing is known of a motion yet.
+fn jumps_and_bursts(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: &mut Vec<Motion>) {
     let blocks = log.rows / size;
     let mut all: Vec<(&str, Averages, Vec<Option<Mark>>)> = Vec::new();
     for ((channel, values), stuck) in log.channels().zip(stuck) {
@@ -160,6 +164,14 @@ fn at_scale(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: &mut Vec
             end += 1;
         }
         k = end;
+        let rows = start * size..(end * size).min(log.rows);
+        // The edges of a known motion are jumps as well.
+        if found
+            .iter()
+            .any(|m| m.rows.start < rows.end + size && rows.start < m.rows.end + size)
+        {
+            continue;
+        }
         let names: Vec<&str> = all
             .iter()
             .filter(|c| c.2[start..end].iter().any(Option::is_some))
@@ -199,7 +211,7 @@ fn at_scale(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: &mut Vec
             _ => "the scatter bursts".to_owned(),
         };
         found.push(Motion {
-            rows: start * size..(end * size).min(log.rows),
+            rows,
             channels: names.iter().map(|n| (*n).to_owned()).collect(),
             text,
         });

@@ -79,9 +79,10 @@ impl<'a> Clock<'a> {
         } else {
             0.0
         };
+        let near = |s: &&f64| **s > 0.0 && **s <= 1.5 * dt.max(slack + dt);
         let off: Vec<f64> = steps
             .iter()
-            .filter(|s| **s > 0.0 && **s <= 1.5 * dt.max(slack + dt))
+            .filter(near)
             .map(|s| ((s - dt).abs() - slack).max(0.0))
             .collect();
         if off.len() < 10 {
@@ -92,7 +93,12 @@ impl<'a> Clock<'a> {
             .iter()
             .filter(|s| **s > 1.5 * dt && **s > dt + slack)
             .count();
-        let many = off.iter().filter(|o| **o > 0.2 * dt).count();
+        // A step that rounding alone cannot make counts in full.
+        let many = steps
+            .iter()
+            .filter(near)
+            .filter(|s| (**s - dt).abs() > (0.2 * dt).max(slack))
+            .count();
         let mut sorted = off;
         let n = sorted.len();
         let scatter = 1.4826 * median(&mut sorted).unwrap_or(0.0) / dt;

@@ -182,6 +182,11 @@ pub(crate) fn sniff(sample: &[u8], is_whole: bool) -> Result<Dialect, Error> {
         .filter(|l| !l.is_comment && !l.text.trim_ascii().is_empty())
         .collect();
     if content.is_empty() {
+        if lines.is_empty() && !is_whole {
+            return Err(Error::data(
+                "the first line does not end: this is no table of numbers",
+            ));
+        }
         return Err(Error::data(if lines.iter().any(|l| l.is_comment) {
             "the log holds comments only, no rows"
         } else {

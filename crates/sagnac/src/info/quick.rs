@@ -11,7 +11,7 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
     let mut out = Vec::new();
     let mut gyro_means = Vec::new();
     let mut candidates = Candidates {
-        gauss_markov: 0,
+        gauss_markov: 1,
         ..Candidates::default()
     };
     candidates.ramp = false;

@@ -1,0 +1,247 @@
+//! Bad input to the built program: one sentence on standard error, exit 1 or 2, nothing written, no panic.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Output, Stdio};
+
+use assert_cmd::Command;
+
+const HEADER: &str = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]\n";
+
+fn rows(from: usize, to: usize) -> String {
+    (from..to).fold(String::new(), |mut text, k| {
+        let v = |c: usize| ((k * 7919 + c * 104_729) % 1009) as f64 * 1e-6;
+        let _ = writeln!(text, "{},{},{},{}", k as f64 / 100.0, v(0), v(1), v(2));
+        text
+    })
+}
+
+fn sagnac() -> Command {
+    Command::cargo_bin("sagnac").unwrap()
+}
+
+fn is_one_refusal(output: &Output, what: &str) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        matches!(output.status.code(), Some(1 | 2)),
+        "{what}: {:?} {stderr}",
+        output.status
+    );
+    assert!(stderr.starts_with("error: "), "{what}: {stderr}");
+    assert!(stderr.lines().count() <= 3, "{what}: {stderr}");
+    assert!(!stderr.contains("panicked"), "{what}: {stderr}");
+    assert!(output.stdout.is_empty(), "{what} writes to standard output");
+}
+
+/// Every command that reads a log refuses `name`, with `word` in the sentence, and leaves nothing behind.
+fn refused(folder: &Path, name: &str, options: &[&str], word: &str) {
+    let commands: [&[&str]; 4] = [
+        &["info"],
+        &["allan", "-o", "out.csv"],
+        &["characterize", "-o", "out.toml", "--report", "out.html"],
+        &["convert", "-o", "out.npy"],
+    ];
+    let before = fs::read_dir(folder).unwrap().count();
+    for command in commands {
+        let output = sagnac()
+            .current_dir(folder)
+            .args([command[0], name])
+            .args(&command[1..])
+            .args(options)
+            .timeout(std::time::Duration::from_mins(1))
+            .output()
+            .unwrap();
+        let what = format!("{} {name}", command[0]);
+        is_one_refusal(&output, &what);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(stderr.contains(word), "{what}: {stderr}");
+        assert_eq!(
+            fs::read_dir(folder).unwrap().count(),
+            before,
+            "{what} leaves a file"
+        );
+    }
+}
+
+#[test]
+fn unsound_tables_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = format!("{HEADER}{}", rows(0, 200));
+    let with = |row: &str| format!("{HEADER}{}{row}\n{}", rows(0, 50), rows(51, 100));
+    let without_time: String = good
+        .lines()
+        .map(|l| format!("{}\n", l.split_once(',').unwrap().1))
+        .collect();
+    let cases: [(&str, String, &str); 10] = [
+        ("empty.csv", String::new(), "empty"),
+        ("header.csv", HEADER.to_owned(), "no rows"),
+        ("text.csv", with("0.5,abc,1,2"), "line 52"),
+        ("short.csv", with("0.5,1"), "row 51 has 2 cells"),
+        ("long.csv", with("0.5,1,2,3,4,5"), "row 51 has 6 cells"),
+        (
+            "unit.csv",
+            good.replace("gyro_x [rad/s]", "gyro_x [furlong/s]"),
+            "gyro_x",
+        ),
+        (
+            "dimension.csv",
+            good.replace("gyro_x [rad/s]", "gyro_x [m/s^2]"),
+            "angular rate",
+        ),
+        ("twice.csv", good.replace("gyro_y", "gyro_x"), "gyro_x"),
+        ("timeless.csv", without_time, "no time and no rate"),
+        ("endless.csv", "7".repeat(8 << 20), "no table"),
+    ];
+    for (name, text, word) in &cases {
+        fs::write(folder.path().join(name), text).unwrap();
+        refused(folder.path(), name, &[], word);
+    }
+    refused(folder.path(), "absent.csv", &[], "no such file");
+    refused(folder.path(), ".", &[], "folder");
+    fs::write(folder.path().join("good.csv"), &good).unwrap();
+    refused(folder.path(), "good.csv", &["--rate", "200m"], "frequency");
+    let columns = ["--columns", "gyro=9:deg/s"];
+    refused(folder.path(), "good.csv", &columns, "column 9");
+}
+
+#[test]
+fn tables_that_tell_nothing_are_refused_by_what_judges_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let constant: String = (0..100).map(|k| format!("5,{k},1,2\n")).collect();
+    let of = |v: &str| -> String {
+        (0..100)
+            .map(|k| format!("{},{v},{v},{v}\n", f64::from(k) / 100.0))
+            .collect()
+    };
+    let cases = [
+        ("one.csv", rows(0, 1), "one sample"),
+        ("constant.csv", constant, "never advances"),
+        ("nan.csv", of("nan"), "no numbers"),
+        ("infinite.csv", of("-inf"), "no numbers"),
+    ];
+    for (name, body, word) in cases {
+        fs::write(folder.path().join(name), format!("{HEADER}{body}")).unwrap();
+        for command in ["info", "allan", "characterize"] {
+            let output = sagnac()
+                .current_dir(folder.path())
+                .args([command, name])
+                .output()
+                .unwrap();
+            is_one_refusal(&output, name);
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            assert!(stderr.contains(word), "{command} {name}: {stderr}");
+        }
+    }
+}
+
+#[test]
+fn binary_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut state = 1_u64;
+    let garbage: Vec<u8> = std::iter::repeat_with(|| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 56) as u8
+    })
+    .take(300_000)
+    .collect();
+    fs::write(folder.path().join("garbage.csv"), &garbage).unwrap();
+    refused(folder.path(), "garbage.csv", &[], "not known");
+
+    for order in ["False", "True "] {
+        let mut header =
+            format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (1000000000000, 4), }}");
+        while (10 + header.len() + 1) % 64 != 0 {
+            header.push(' ');
+        }
+        header.push('\n');
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.extend([0; 3200]);
+        fs::write(folder.path().join("huge.npy"), &bytes).unwrap();
+        let columns = ["--columns", "time=0:s, gyro=1,2,3:rad/s"];
+        refused(folder.path(), "huge.npy", &columns, "promises");
+    }
+}
+
+/// The bytes packed by the program itself.
+fn packed(folder: &Path, name: &str) -> Vec<u8> {
+    let path = folder.join("whole.csv");
+    fs::write(&path, format!("{HEADER}{}", rows(0, 5000))).unwrap();
+    sagnac()
+        .current_dir(folder)
+        .args(["convert", "whole.csv", "-o", name])
+        .assert()
+        .success();
+    let bytes = fs::read(folder.join(name)).unwrap();
+    fs::remove_file(folder.join(name)).unwrap();
+    bytes
+}
+
+#[test]
+fn cut_and_damaged_packed_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["whole.csv.gz", "whole.csv.zst"] {
+        let bytes = packed(folder.path(), name);
+        let cut = folder.path().join(format!("cut-{name}"));
+        fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+        refused(folder.path(), &format!("cut-{name}"), &[], "cut off");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_unreadable_file_is_refused() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("closed.csv");
+    fs::write(&path, format!("{HEADER}{}", rows(0, 200))).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).unwrap();
+    if fs::File::open(&path).is_ok() {
+        // This user reads everything: nothing to refuse.
+        return;
+    }
+    refused(folder.path(), "closed.csv", &[], "cannot be read");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_a_closed_pipe_is_no_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("good.csv");
+    let mut file = fs::File::create(&path).unwrap();
+    file.write_all(format!("{HEADER}{}", rows(0, 5000)).as_bytes())
+        .unwrap();
+    let program = assert_cmd::cargo::cargo_bin("sagnac");
+    for format in ["text", "json"] {
+        let full = fs::OpenOptions::new()
+            .write(true)
+            .open("/dev/full")
+            .unwrap();
+        let output = std::process::Command::new(&program)
+            .args(["allan", "--format", format])
+            .arg(&path)
+            .stdout(Stdio::from(full))
+            .output()
+            .unwrap();
+        is_one_refusal(&output, "a full disk");
+
+        let mut child = std::process::Command::new(&program)
+            .args(["allan", "--taus", "all", "--format", format])
+            .arg(&path)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(!stderr.contains("panicked"), "{stderr}");
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{stderr}");
+    }
+}
