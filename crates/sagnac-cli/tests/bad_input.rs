@@ -20,7 +20,7 @@ fn rows(from: usize, to: usize) -> String {
 }
 
 fn sagnac() -> Command {
-    Command::cargo_bin("sagnac").unwrap()
+    Command::new(env!("CARGO_BIN_EXE_sagnac"))
 }
 
 fn is_one_refusal(output: &Output, what: &str) {
@@ -217,13 +217,13 @@ fn a_full_disk_is_told_and_a_closed_pipe_is_no_fault() {
     let mut file = fs::File::create(&path).unwrap();
     file.write_all(format!("{HEADER}{}", rows(0, 5000)).as_bytes())
         .unwrap();
-    let program = assert_cmd::cargo::cargo_bin("sagnac");
+    let program = env!("CARGO_BIN_EXE_sagnac");
     for format in ["text", "json"] {
         let full = fs::OpenOptions::new()
             .write(true)
             .open("/dev/full")
             .unwrap();
-        let output = std::process::Command::new(&program)
+        let output = std::process::Command::new(program)
             .args(["allan", "--format", format])
             .arg(&path)
             .stdout(Stdio::from(full))
@@ -231,7 +231,7 @@ fn a_full_disk_is_told_and_a_closed_pipe_is_no_fault() {
             .unwrap();
         is_one_refusal(&output, "a full disk");
 
-        let mut child = std::process::Command::new(&program)
+        let mut child = std::process::Command::new(program)
             .args(["allan", "--taus", "all", "--format", format])
             .arg(&path)
             .stdout(Stdio::piped())

@@ -25,13 +25,26 @@ pub fn number(value: f64) -> Value {
     }
 }
 
+/// Who a finding about several channels is told of: the triad that moved, or the log.
+fn sensor(issue: &Issue) -> &'static str {
+    let has = |word: &str| issue.text.contains(word);
+    match (issue.kind, has("gyro_"), has("accel_")) {
+        (sagnac_log::IssueKind::Motion, true, false) => "gyro",
+        (sagnac_log::IssueKind::Motion, false, true) => "accel",
+        _ => "log",
+    }
+}
+
 /// The line of a finding; times count from the log's first sample, at `first_s` on its clock.
 pub fn finding(issue: &Issue, first_s: f64, duration_s: f64) -> Finding {
     let (start, end) = (issue.start_s - first_s, issue.end_s - first_s);
     let is_whole = start <= 0.0 && end >= 0.999 * duration_s;
     Finding {
         kind: issue.kind.name().to_owned(),
-        channel: issue.channel.clone().unwrap_or_else(|| "log".to_owned()),
+        channel: issue
+            .channel
+            .clone()
+            .unwrap_or_else(|| sensor(issue).to_owned()),
         span_s: (!is_whole).then_some((start, end)),
         text: issue.text.clone(),
     }

@@ -17,6 +17,8 @@ const SCALES: [usize; 6] = [1, 5, 10, 20, 40, 60];
 const FEWEST: usize = 40;
 /// What counts as off, in σ_A.
 const OFF: f64 = 8.0;
+/// The same over more than one average: the levels of real sensors wander more than their scatter tells.
+const OFF_WIDE: f64 = 9.0;
 /// A jump near an end stands out from the differences beside it by this factor; an exponential of 30 s gives 1.4.
 const STEEPER: f64 = 1.8;
 /// A step leaves at least this share of the log on both sides.
@@ -213,7 +215,7 @@ fn came_back(triad: &Triad<'_>, log: &Log, seen: &mut Vec<(f64, Range<usize>)>) 
     };
     for k in wide..triad.blocks {
         let h = height(k);
-        if h > OFF {
+        if h > if wide == 1 { OFF } else { OFF_WIDE } {
             seen.push((h, triad.rows(&(k..k + 1), log)));
         }
     }
