@@ -444,7 +444,10 @@ fn regressors(
                 None
             } else {
                 let tried = select::add_gauss_markov(&problem, &now, &free, count, 6.0);
-                Some(tried).filter(|t| now.objective - t.objective >= GAUSS_MARKOV_THRESHOLD)
+                Some(tried).filter(|t| {
+                    now.objective - t.objective >= GAUSS_MARKOV_THRESHOLD
+                        && !problem.at_edge(&t.parameters)
+                })
             }
         } else {
             None
@@ -765,7 +768,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         if !allowed[k] {
             continue;
         }
-        let confused = tests.confused && (k == B || k == K);
+        let confused = tests.confused && (k == B || k == K) || tests.flicker_confused && k == B;
         single[k] = if tests.passed[k] && !bounded[k] && !confused && best.parameters[k] > 0.0 {
             let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
@@ -814,7 +817,6 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             &power,
             &fit,
             work.step_s,
-            p,
             end_s,
             work.samples,
         ));
@@ -827,7 +829,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             findings.push(whole_log(
                 FindingKind::Line,
                 Some(f),
-                format!("a line at {f:.6} Hz with amplitude {a:.3e}; it may be an alias of a higher frequency"),
+                format!("a line at {f:.6} Hz with amplitude {}; it may be an alias of a higher frequency", checks::digits(a)),
             ));
         }
     }
@@ -840,7 +842,10 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         findings.push(whole_log(
             FindingKind::Filtered,
             Some(corner),
-            format!("filtered above {corner:.3} Hz: white noise is that below it"),
+            format!(
+                "not white above {} Hz: those frequencies leave the fit, white noise is from below",
+                checks::digits(corner)
+            ),
         ));
     }
     let regressors = describe(&work, &active, &best);
@@ -863,6 +868,9 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     let mut confused = Vec::new();
     if tests.confused {
         confused.push((Term::Flicker, Term::RandomWalk));
+    }
+    if tests.flicker_confused {
+        confused.push((Term::Flicker, Term::GaussMarkov));
     }
     if tests.top_confused {
         confused.push((Term::Quantization, Term::White));
@@ -981,7 +989,18 @@ pub(super) fn gauss_markov_estimates(
     let mut out = Vec::new();
     for g in 0..tests.gauss_markov {
         let at = FIRST_GM + 2 * g;
-        if best.parameters[at] <= 0.0 {
+        // At an end of the range searched the process lies outside it, and so does its interval.
+        if best.parameters[at] <= 0.0 || problem.time_at_edge(best.parameters[at + 1]) {
+            continue;
+        }
+        if tests.flicker_confused && g + 1 == tests.gauss_markov {
+            if tests.gauss_markov == 1 {
+                let upper = profile::bound(problem, best, free, at, Side::Upper, LIMIT);
+                out.push(GaussMarkovEstimate {
+                    sigma: Estimate::limit(units.root(at, upper)),
+                    correlation_time_s: Estimate::ABSENT,
+                });
+            }
             continue;
         }
         let sigma = interval(problem, best, free, at, covariance, |v| units.root(at, v));
@@ -1103,6 +1122,10 @@ fn sinusoids(work: &Work, fitted: &NoiseTerms, options: &FitOptions) -> Vec<Sinu
     strongest.sort_by(|a, b| b.height.total_cmp(&a.height));
     let mut kept: Vec<Line> = Vec::new();
     for line in strongest {
+        // Above a filter's corner there is no fit that a line could stand above.
+        if line.u() > work.cut {
+            continue;
+        }
         let near = kept.iter().any(|k| {
             let width = (12.0 / (2.0 * k.n.min(line.n) as f64)).max(0.004 * k.u());
             (k.u() - line.u()).abs() < width

@@ -92,7 +92,7 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         if !allowed[k] {
             continue;
         }
-        let confused = tests.confused && (k == B || k == K);
+        let confused = tests.confused && (k == B || k == K) || tests.flicker_confused && k == B;
         single[k] = if tests.passed[k] && !confused && best.parameters[k] > 0.0 {
             interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
