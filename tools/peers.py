@@ -9,7 +9,7 @@ import allantools
 import numpy as np
 from scipy.optimize import nnls
 from axes import bounds, draw
-from fidelity import SETS
+from fidelity import DECLARED_SEEDS, SETS
 
 
 def octaves(y, dt):
@@ -34,7 +34,7 @@ def log_log(tau, dev, n, dt):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--axes", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=20261125)
+    parser.add_argument("--seed", type=int, default=DECLARED_SEEDS[0])
     a = parser.parse_args()
     names = [n for s in SETS.values() for n in s]
     print("| mixture | term | read-off: bias %, RMSE/bound | log-log fit: bias %, RMSE/bound |\n|---|---|---|---|")

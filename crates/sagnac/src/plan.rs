@@ -240,7 +240,9 @@ fn terms_json(sensor: Sensor, terms: &NoiseTerms, p: &Precision) -> Value {
         let list: Vec<Value> = p
             .gauss_markov
             .iter()
-            .map(|&(sigma, time)| {
+            .zip(&terms.gauss_markov)
+            .filter(|(_, term)| term.0 > 0.0)
+            .map(|(&(sigma, time), _)| {
                 json!({ "sigma": relative(sigma), "correlation_time": relative(time) })
             })
             .collect();
@@ -384,7 +386,8 @@ impl Plan {
                 columns.push((format!("{symbol}, 1 sigma"), term));
             }
         }
-        for i in 0..axis.terms.gauss_markov.len().min(2) {
+        let markov = axis.terms.gauss_markov.iter().take(2).enumerate();
+        for (i, _) in markov.filter(|(_, g)| g.0 > 0.0) {
             columns.push(("GM sigma".to_owned(), PlannedTerm::Sigma(i)));
             columns.push(("GM time".to_owned(), PlannedTerm::CorrelationTime(i)));
         }

@@ -1,7 +1,7 @@
 //! What the data show beside noise: a filter, a step, warm-up, changing scatter, coarse rounding, a model that fails.
 //!
 //! Thresholds: a step or a warm-up needs 2 Δ ln L > 25; a changing scatter > 10 % and > 6 of its own standard errors; a
-//! filter leaves the top octave > 3 dB under the white level and falling.
+//! filter leaves the top octave under the white level and falling, and a spectrum that no mixture of the terms explains.
 
 use super::estimate::{Active, ActiveKind, Work, spectrum_at};
 use super::goodness;
@@ -43,10 +43,9 @@ pub(super) fn filter_corner(
     let mut plain = *candidates;
     plain.gauss_markov = candidates.gauss_markov.min(1);
     plain.quantization = false;
-    let mut filtered = false;
     let mut cut = 0.5;
-    let mut last = None;
-    while cut > 0.002 {
+    let mut likeliest: Option<(f64, f64)> = None;
+    while cut > LEAST_CORNER {
         cut *= std::f64::consts::FRAC_1_SQRT_2;
         let log = work.layout.sum(&work.segments, &[], cut);
         let part = Problem::new(&[&log], false);
@@ -54,21 +53,60 @@ pub(super) fn filter_corner(
             break;
         }
         let (fit, _, _) = select::grow(&part, &plain);
-        if !filtered {
-            let white = fit.parameters[super::likelihood::N];
-            filtered = white > 0.0 && top < 0.5 * white;
+        if top >= TOP_SHARE * fit.parameters[super::likelihood::N] {
+            continue;
         }
         let measured = part.residual_power(&fit);
         let model = part.spectrum(&fit.parameters);
-        let explained = goodness::p_value(&measured, &model, &part.count, 3).unwrap_or(1.0) > 0.01;
-        if filtered {
-            last = Some(cut);
-            if explained {
-                return Some(cut);
-            }
+        let p = goodness::p_value(&measured, &model, &part.count, 3).unwrap_or(1.0);
+        if p > 0.01 || top_agrees(&part, &measured, &model, cut) {
+            return Some(cut);
+        }
+        if likeliest.is_none_or(|best| p > best.1) {
+            likeliest = Some((cut, p));
         }
     }
-    last.filter(|_| filtered)
+    likeliest.filter(|best| best.1 > 1e-4).map(|best| best.0)
+}
+
+/// Whether the fit describes the two octaves below a corner: what it misses further down is no filter's work.
+fn top_agrees(problem: &Problem, measured: &[f64], model: &[f64], cut: f64) -> bool {
+    (0..4).all(|half| {
+        let high = cut * f64::exp2(-0.5 * f64::from(half));
+        let low = high * std::f64::consts::FRAC_1_SQRT_2;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for b in 0..measured.len() {
+            if problem.u[b] > low && problem.u[b] <= high {
+                sum += problem.count[b] * measured[b] / model[b];
+                count += problem.count[b];
+            }
+        }
+        count > 0.0 && (sum / count - 1.0).abs() < 3.3 * (2.0 / count).sqrt()
+    })
+}
+
+/// Lowest corner looked for, in u.
+const LEAST_CORNER: f64 = 0.002;
+/// Share of the white level below which the top octave is that of a filter: -1 dB, named only where the terms fail.
+const TOP_SHARE: f64 = 0.8;
+
+/// Three significant digits, in plain notation from 0.0001 to 999 999.
+pub(super) fn digits(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !(1e-4..1e6).contains(&size) {
+        return if size == 0.0 {
+            "0".to_string()
+        } else {
+            format!("{value:.2e}")
+        };
+    }
+    let places = (2 - size.log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
 }
 
 /// Number of coefficients and places of the search for a step.
@@ -205,7 +243,7 @@ pub(super) fn regressor_findings(
                     end_s: time,
                     count: 1,
                     size: Some(height),
-                    text: format!("the mean changes by {height:.3e} at {time:.1} s"),
+                    text: format!("the mean changes by {} at {time:.1} s", digits(height)),
                 });
             }
             ActiveKind::WarmUp(tau) => {
@@ -223,7 +261,8 @@ pub(super) fn regressor_findings(
                     count: (end / work.step_s) as usize,
                     size: Some(height),
                     text: format!(
-                        "settles by {height:.3e} with a time of {time:.0} s from the start{hint}"
+                        "settles by {} with a time of {time:.0} s from the start{hint}",
+                        digits(height)
                     ),
                 });
             }
@@ -239,7 +278,6 @@ pub(super) fn misfit(
     power: &[f64],
     fit: &[f64],
     step_s: f64,
-    p: f64,
     end_s: f64,
     samples: usize,
 ) -> Finding {
@@ -271,8 +309,9 @@ pub(super) fn misfit(
         count: samples,
         size: Some(low),
         text: format!(
-            "no mixture of the terms explains the spectrum (p = {p:.1e}): from {low:.3e} to {:.3e} Hz it lies {} % {side} the fit; intervals are conditional",
-            2.0 * low,
+            "no mixture of the terms explains the spectrum (p < 0.001): from {} to {} Hz it lies {} % {side} the fit; intervals are conditional",
+            digits(low),
+            digits(2.0 * low),
             percent.abs(),
         ),
     }

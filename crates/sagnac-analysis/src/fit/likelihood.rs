@@ -17,6 +17,9 @@ pub(crate) const K: usize = 3;
 pub(crate) const FIRST_GM: usize = 4;
 pub(crate) const PARAMETERS: usize = 8;
 
+/// How near (in ln T_c) to an end of the range a correlation time is that end.
+const EDGE: f64 = 0.02;
+
 /// Variances (in units of the scale²) and ln(T_c/dt) of the terms.
 pub(crate) type Parameters = [f64; PARAMETERS];
 /// Which parameters a fit may move; the others keep their value (a variance of 0: not there).
@@ -103,7 +106,12 @@ impl Problem {
                 aa: log.aa.clone(),
             });
         }
-        out.log_time.1 = (longest / 4.0).max(10.0).ln();
+        // Below a filter's corner the samples are those of a slower log: ten of its steps.
+        let top = out.u.iter().copied().fold(0.0, f64::max);
+        if top > 0.0 && top < 0.45 {
+            out.log_time.0 = (5.0 / top).ln();
+        }
+        out.log_time.1 = (longest / 4.0).ln().max(out.log_time.0);
         out
     }
 
@@ -153,6 +161,19 @@ impl Problem {
     /// Columns of the first group.
     pub(crate) fn columns(&self) -> usize {
         self.groups.first().map_or(0, |g| g.columns)
+    }
+
+    /// Whether ln(T_c/dt) stands at an end of the range searched: the process it stands for lies outside.
+    pub(crate) fn time_at_edge(&self, log_time: f64) -> bool {
+        let (low, high) = self.log_time;
+        log_time < low + EDGE || log_time > high - EDGE
+    }
+
+    /// Whether a Gauss–Markov term that is there has its correlation time at an end of the range.
+    pub(crate) fn at_edge(&self, parameters: &Parameters) -> bool {
+        (0..2)
+            .map(|g| FIRST_GM + 2 * g)
+            .any(|at| parameters[at] > 0.0 && self.time_at_edge(parameters[at + 1]))
     }
 
     /// Number of coefficients.

@@ -12,6 +12,7 @@
 
 mod bins;
 mod checks;
+mod columns;
 mod dct;
 mod estimate;
 mod goodness;
@@ -21,6 +22,7 @@ mod lines;
 mod pool;
 mod profile;
 mod regress;
+mod results;
 mod select;
 mod spectra;
 mod terms;

@@ -3,12 +3,11 @@
 //! Bias stability s is the scatter of the runs' means beyond their in-run variances v_i: Q(s²) = Σ (m_i − μ̂)²/(s² + v_i)
 //! is χ²_{n−1}; its interval inverts that, the value is the restricted likelihood's. Source: [Viechtbauer2007].
 
-use super::estimate::{
-    Prepared, Units, gauss_markov_estimates, interval, limit, named_covariance, prepare,
-};
+use super::estimate::{Prepared, prepare};
 use super::goodness::chi_squared_tail;
 use super::likelihood::{B, K, N, Problem, Q};
 use super::profile;
+use super::results::{Units, gauss_markov_estimates, interval, limit, named_covariance};
 use super::select;
 use super::types::{
     AxisData, Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Term,
@@ -92,7 +91,7 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         if !allowed[k] {
             continue;
         }
-        let confused = tests.confused && (k == B || k == K);
+        let confused = tests.confused && (k == B || k == K) || tests.flicker_confused && k == B;
         single[k] = if tests.passed[k] && !confused && best.parameters[k] > 0.0 {
             interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
@@ -146,11 +145,13 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         })
         .collect();
     let (bias_stability, bias_temperature) = bias_stability(&means, temperatures.as_deref());
-    let confused = if tests.confused {
-        vec![(Term::Flicker, Term::RandomWalk)]
-    } else {
-        Vec::new()
-    };
+    let mut confused = Vec::new();
+    if tests.confused {
+        confused.push((Term::Flicker, Term::RandomWalk));
+    }
+    if tests.flicker_confused {
+        confused.push((Term::Flicker, Term::GaussMarkov));
+    }
     Some(PooledEstimate {
         quantization: single[Q],
         white: single[N],

@@ -1,0 +1,314 @@
+//! Which regressors and Gauss–Markov terms a log asks for: taken in one by one, the clearest first, idle ones dropped.
+//!
+//! A column is kept where 2 Δ ln L passes its threshold: 12 a ramp, 3.84 a power of the temperature, 25 a step or a
+//! warm-up. Source: the measurements of `FIDELITY.md`.
+
+use super::bins::Column;
+use super::checks;
+use super::estimate::{Active, ActiveKind, Work};
+use super::likelihood::{FIRST_GM, Free, Problem, Solution};
+use super::regress;
+use super::select::{self, GAUSS_MARKOV_THRESHOLD, RAMP_THRESHOLD};
+use super::types::{Candidates, FitOptions, Segment};
+use realfft::RealFftPlanner;
+
+/// Likelihood ratio from which a step or a warm-up is named.
+const DATA_THRESHOLD: f64 = 25.0;
+/// Ratio from which a power of the temperature is kept.
+const TEMPERATURE_THRESHOLD: f64 = 3.84;
+const MOST_STEPS: usize = 12;
+
+type Chosen = (Vec<Active>, (Solution, Free, usize), Problem);
+
+/// Takes in regressors and Gauss–Markov terms one by one, the clearest first.
+pub(super) fn regressors(
+    work: &Work,
+    segments: &[Segment<'_>],
+    temperature: Option<&[Segment<'_>]>,
+    candidates: &Candidates,
+    options: &FitOptions,
+    grown: &(Solution, Free, usize),
+) -> Chosen {
+    let mut active: Vec<Active> = Vec::new();
+    let singles = select::free_singles(candidates);
+    let duration = work.samples as f64 * work.step_s;
+    let span = segments
+        .last()
+        .map_or(0.0, |s| s.start_s / work.step_s + s.samples.len() as f64);
+    let mut planner = RealFftPlanner::new();
+    let temperature_columns: Vec<Column> = temperature
+        .filter(|t| temperature_range(t) > 0.0)
+        .map(|t| {
+            let reference = mean_of(t);
+            (1..=2)
+                .map(|power| {
+                    regress::temperature(&work.segments, t, reference, power, &mut planner)
+                })
+                .collect()
+        })
+        .unwrap_or_default();
+    let ramp = candidates.ramp.then(|| regress::line(&work.segments));
+    let times: Vec<f64> = if options.data_checks && duration >= 4.0 * 30.0 {
+        let (low, high) = (30.0 / work.step_s, span / 4.0);
+        let steps = ((high / low).ln() / 0.55).ceil().max(1.0) as usize;
+        (0..=steps)
+            .map(|i| low * (high / low).powf(i as f64 / steps as f64))
+            .collect()
+    } else {
+        Vec::new()
+    };
+    let exponentials: Vec<Column> = times
+        .iter()
+        .map(|&tau| regress::exponential(&work.segments, work.step_s, tau))
+        .collect();
+
+    let mut free = singles;
+    let mut count = 0;
+    let mut current: Option<Solution> = None;
+    let mut first_round = true;
+    loop {
+        // Every candidate column is summed once a round.
+        let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+        let base = columns.len();
+        let mut offers: Vec<(ActiveKind, f64)> = Vec::new();
+        let has = |kind: ActiveKind| active.iter().any(|a| a.kind == kind);
+        if let Some(column) = &ramp
+            && !has(ActiveKind::Ramp)
+        {
+            offers.push((ActiveKind::Ramp, RAMP_THRESHOLD));
+            columns.push(column.clone());
+        }
+        for (i, column) in temperature_columns.iter().enumerate() {
+            let kind = ActiveKind::Temperature(i + 1);
+            if !has(kind) && (i == 0 || has(ActiveKind::Temperature(1))) {
+                offers.push((kind, TEMPERATURE_THRESHOLD));
+                columns.push(column.clone());
+            }
+        }
+        if !active
+            .iter()
+            .any(|a| matches!(a.kind, ActiveKind::WarmUp(_)))
+        {
+            for (tau, column) in times.iter().zip(&exponentials) {
+                offers.push((ActiveKind::WarmUp(*tau), DATA_THRESHOLD));
+                columns.push(column.clone());
+            }
+        }
+        let steps_so_far = active
+            .iter()
+            .filter(|a| matches!(a.kind, ActiveKind::Step(..)))
+            .count();
+        let log = work.layout.sum(&work.segments, &columns, work.cut);
+        let whole = Problem::new(&[&log], false);
+        let own: Vec<usize> = (0..base).collect();
+        let problem = whole.with_columns(&own, false);
+        let start = current
+            .as_ref()
+            .map_or_else(|| problem.start(&free), |s| s.parameters);
+        let now = problem.fit(&start, &free);
+        if options.data_checks && steps_so_far < MOST_STEPS {
+            // A step is looked for in what the fit leaves.
+            if let Some((which, at)) = checks::find_step(work, segments, &active, &now) {
+                let column = regress::step(&work.segments, which, at, usize::MAX);
+                let mut with: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+                with.push(column.clone());
+                let log = work.layout.sum(&work.segments, &with, work.cut);
+                let tried = Problem::new(&[&log], false).fit(&now.parameters, &free);
+                let gain = now.objective - tried.objective;
+                if gain > DATA_THRESHOLD {
+                    let rival = best_offer(&whole, base, &offers, &now, &free);
+                    if rival.as_ref().is_none_or(|r| r.1 < gain) {
+                        active.push(Active {
+                            kind: ActiveKind::Step(which, at),
+                            column,
+                        });
+                        current = Some(tried);
+                        first_round = false;
+                        continue;
+                    }
+                }
+            }
+        }
+        let offer = best_offer(&whole, base, &offers, &now, &free);
+        // Without anything taken in yet the Gauss–Markov terms are those already found.
+        let more = if count < candidates.gauss_markov.min(2) {
+            if first_round && grown.2 == 0 {
+                None
+            } else {
+                let tried = select::add_gauss_markov(&problem, &now, &free, count, 6.0);
+                Some(tried).filter(|t| {
+                    now.objective - t.objective >= GAUSS_MARKOV_THRESHOLD
+                        && !problem.at_edge(&t.parameters)
+                })
+            }
+        } else {
+            None
+        };
+        let gain_of_more = more.as_ref().map_or(0.0, |t| now.objective - t.objective);
+        match (offer, more) {
+            (Some((index, gain, solution)), _) if gain >= gain_of_more => {
+                let kind = offers[index].0;
+                active.push(Active {
+                    kind,
+                    column: columns[base + index].clone(),
+                });
+                current = Some(solution);
+            }
+            (_, Some(solution)) => {
+                free = select::with_gauss_markov(&free, count);
+                count += 1;
+                current = Some(solution);
+            }
+            _ => {
+                current = Some(now);
+                break;
+            }
+        }
+        first_round = false;
+        if active.len() > MOST_STEPS + 4 {
+            break;
+        }
+    }
+    refine_warm_up(work, &mut active, &mut current, &free);
+    drop_idle(work, &mut active, &mut current, &mut free, &mut count);
+    let columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+    let log = work.layout.sum(&work.segments, &columns, work.cut);
+    let problem = Problem::new(&[&log], !active.is_empty());
+    let start = current.map_or_else(|| problem.start(&free), |s| s.parameters);
+    let solution = problem.fit(&start, &free);
+    (active, (solution, free, count), problem)
+}
+
+/// The offered column with the largest gain among those that pass: (index, gain, fit).
+fn best_offer(
+    whole: &Problem,
+    base: usize,
+    offers: &[(ActiveKind, f64)],
+    now: &Solution,
+    free: &Free,
+) -> Option<(usize, f64, Solution)> {
+    let mut best: Option<(usize, f64, Solution)> = None;
+    for (i, (_, threshold)) in offers.iter().enumerate() {
+        let mut keep: Vec<usize> = (0..base).collect();
+        keep.push(base + i);
+        let tried = whole.with_columns(&keep, false).fit(&now.parameters, free);
+        let gain = now.objective - tried.objective;
+        if gain >= *threshold && best.as_ref().is_none_or(|b| gain > b.1) {
+            best = Some((i, gain, tried));
+        }
+    }
+    best
+}
+
+/// Refines the time constant of a warm-up between the points of the search.
+fn refine_warm_up(work: &Work, active: &mut [Active], current: &mut Option<Solution>, free: &Free) {
+    let Some(place) = active
+        .iter()
+        .position(|a| matches!(a.kind, ActiveKind::WarmUp(_)))
+    else {
+        return;
+    };
+    let Some(solution) = current.clone() else {
+        return;
+    };
+    let mut best = (f64::INFINITY, 0.0, Vec::new());
+    let ActiveKind::WarmUp(center) = active[place].kind else {
+        return;
+    };
+    let mut width = 0.3;
+    let mut at = center;
+    for _ in 0..5 {
+        for factor in [-1.0, 0.0, 1.0] {
+            let tau = at * f64::exp(width * factor);
+            let column = regress::exponential(&work.segments, work.step_s, tau);
+            let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+            columns[place].clone_from(&column);
+            let log = work.layout.sum(&work.segments, &columns, work.cut);
+            let fit = Problem::new(&[&log], false).fit(&solution.parameters, free);
+            if fit.objective < best.0 {
+                best = (fit.objective, tau, column);
+                *current = Some(fit);
+            }
+        }
+        at = best.1;
+        width *= 0.5;
+    }
+    active[place].kind = ActiveKind::WarmUp(best.1);
+    active[place].column = best.2;
+}
+
+/// Drops what no longer passes beside what came after it.
+fn drop_idle(
+    work: &Work,
+    active: &mut Vec<Active>,
+    current: &mut Option<Solution>,
+    free: &mut Free,
+    count: &mut usize,
+) {
+    if active.len() + *count < 2 {
+        return;
+    }
+    loop {
+        let columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+        let log = work.layout.sum(&work.segments, &columns, work.cut);
+        let whole = Problem::new(&[&log], false);
+        let start = current
+            .as_ref()
+            .map_or_else(|| whole.start(free), |s| s.parameters);
+        let now = whole.fit(&start, free);
+        let mut worst: Option<(usize, f64)> = None;
+        for (i, a) in active.iter().enumerate() {
+            let threshold = match a.kind {
+                ActiveKind::Ramp => RAMP_THRESHOLD,
+                ActiveKind::Temperature(_) => TEMPERATURE_THRESHOLD,
+                _ => DATA_THRESHOLD,
+            };
+            if matches!(a.kind, ActiveKind::Temperature(1))
+                && active.iter().any(|b| b.kind == ActiveKind::Temperature(2))
+            {
+                continue;
+            }
+            let keep: Vec<usize> = (0..active.len()).filter(|&k| k != i).collect();
+            let fit = whole.with_columns(&keep, false).fit(&now.parameters, free);
+            let share = (fit.objective - now.objective) / threshold;
+            if share < 1.0 && worst.is_none_or(|w| share < w.1) {
+                worst = Some((i, share));
+            }
+        }
+        if let Some((i, _)) = worst {
+            active.remove(i);
+            *current = Some(now);
+            continue;
+        }
+        if *count > 0 && !active.is_empty() {
+            // The last Gauss–Markov term against the fit without it.
+            let last = FIRST_GM + 2 * (*count - 1);
+            let fit = select::refit_without_gauss_markov(&whole, &now, free, *count - 1);
+            if fit.objective - now.objective < GAUSS_MARKOV_THRESHOLD {
+                free[last] = false;
+                free[last + 1] = false;
+                *count -= 1;
+                *current = Some(fit);
+                continue;
+            }
+        }
+        *current = Some(now);
+        return;
+    }
+}
+
+fn mean_of(segments: &[Segment<'_>]) -> f64 {
+    let count: usize = segments.iter().map(|s| s.samples.len()).sum();
+    segments.iter().flat_map(|s| s.samples).sum::<f64>() / count.max(1) as f64
+}
+
+fn temperature_range(segments: &[Segment<'_>]) -> f64 {
+    let (low, high) = segments
+        .iter()
+        .flat_map(|s| s.samples)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &t| {
+            (l.min(t), h.max(t))
+        });
+    let range = high - low;
+    if range.is_finite() { range } else { 0.0 }
+}

@@ -1,0 +1,442 @@
+//! From the fit's own units to estimates in SI: intervals, limits, lines, regressors, covariance and spectrum.
+//!
+//! A variance θ in units of scale² stands for Q = √θ·scale·dt, N = √θ·scale·√dt, B = √θ·scale, K = √θ·scale/√dt; intervals
+//! and limits are those of the likelihood profile [CoxHinkley1974].
+
+use super::bins::{BinnedLog, Column};
+use super::estimate::{Active, ActiveKind, Work};
+use super::likelihood::{B, FIRST_GM, Free, K, N, PARAMETERS, Parameters, Problem, Q, Solution};
+use super::lines::Line;
+use super::profile::{self, INTERVAL, LIMIT, Side};
+use super::regress;
+use super::select::Tests;
+use super::types::{
+    Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind,
+    SinusoidEstimate, SpectrumBin,
+};
+
+/// Likelihood ratio below which a detected B or K is weak: its interval allows for an undetected other.
+const WEAK_RATIO: f64 = 20.0;
+
+/// Scales from the fit's units to SI.
+pub(super) struct Units {
+    scale: f64,
+    step_s: f64,
+}
+
+impl Units {
+    pub(super) fn new(work: &Work) -> Self {
+        Self {
+            scale: work.scale,
+            step_s: work.step_s,
+        }
+    }
+
+    /// Root of a variance parameter in SI.
+    pub(super) fn root(&self, index: usize, variance: f64) -> f64 {
+        let root = variance.max(0.0).sqrt() * self.scale;
+        match index {
+            Q => root * self.step_s,
+            N => root * self.step_s.sqrt(),
+            K => root / self.step_s.sqrt(),
+            _ => root,
+        }
+    }
+
+    pub(super) fn time(&self, log_time: f64) -> f64 {
+        log_time.exp() * self.step_s
+    }
+
+    pub(super) fn terms(&self, parameters: &Parameters) -> NoiseTerms {
+        NoiseTerms {
+            quantization: self.root(Q, parameters[Q]),
+            white: self.root(N, parameters[N]),
+            flicker: self.root(B, parameters[B]),
+            random_walk: self.root(K, parameters[K]),
+            ramp: 0.0,
+            gauss_markov: (0..2)
+                .map(|g| FIRST_GM + 2 * g)
+                .filter(|&at| parameters[at] > 0.0)
+                .map(|at| (self.root(at, parameters[at]), self.time(parameters[at + 1])))
+                .collect(),
+            sinusoids: Vec::new(),
+        }
+    }
+}
+
+/// Coefficients below the frequency down from which a term outweighs those that are flatter than it.
+pub(super) fn coefficients_below_corner(
+    problem: &Problem,
+    parameters: &Parameters,
+    index: usize,
+) -> f64 {
+    let flatter: &[usize] = match index {
+        B => &[Q, N],
+        K => &[Q, N, B],
+        _ => return f64::INFINITY,
+    };
+    let mut order: Vec<usize> = (0..problem.u.len()).collect();
+    order.sort_by(|&a, &b| problem.u[b].total_cmp(&problem.u[a]));
+    let mut below = problem.coefficients();
+    for b in order {
+        let rest: f64 = flatter
+            .iter()
+            .map(|&k| parameters[k] * problem.basis(k)[b])
+            .sum();
+        if parameters[index] * problem.basis(index)[b] >= rest {
+            return below;
+        }
+        below -= problem.count[b];
+    }
+    0.0
+}
+
+/// Value, profile interval and standard deviation of a detected variance.
+pub(super) fn interval(
+    problem: &Problem,
+    best: &Solution,
+    free: &Free,
+    index: usize,
+    covariance: Option<&(Vec<usize>, Vec<f64>)>,
+    to_si: impl Fn(f64) -> f64,
+) -> Estimate {
+    let lower = profile::bound(problem, best, free, index, Side::Lower, INTERVAL);
+    let upper = profile::bound(problem, best, free, index, Side::Upper, INTERVAL);
+    let value = best.parameters[index];
+    let root = value.sqrt();
+    let sigma_root = covariance
+        .and_then(|(indices, m)| {
+            let place = indices.iter().position(|&i| i == index)?;
+            Some(m[place * indices.len() + place].sqrt() / (2.0 * root))
+        })
+        .unwrap_or((upper.sqrt() - lower.sqrt()) / 3.92);
+    let si = to_si(value);
+    Estimate::detected(si, to_si(lower), to_si(upper), si * sigma_root / root)
+}
+
+/// The interval of a weak B or K beside an undetected other: wide enough for both, the other at zero or free.
+///
+/// With both weak, what passes carries the power of what does not; its interval given only the detected terms would
+/// cover in four of five logs.
+pub(super) fn weak_interval(
+    problem: &Problem,
+    tests: &Tests,
+    free: &Free,
+    index: usize,
+    own: Estimate,
+    units: &Units,
+) -> Estimate {
+    let other = match index {
+        B => K,
+        K => B,
+        _ => return own,
+    };
+    if tests.ratios[index] >= WEAK_RATIO
+        || free[other]
+        || !tests.full_free[other]
+        || tests.full.parameters[other] <= 0.0
+    {
+        return own;
+    }
+    let (full, all) = (&tests.full, &tests.full_free);
+    let end = |side| {
+        units.root(
+            index,
+            profile::bound(problem, full, all, index, side, INTERVAL),
+        )
+    };
+    let (lower, upper) = (end(Side::Lower), end(Side::Upper));
+    Estimate {
+        lower: own.lower.map(|l| l.min(lower)),
+        upper: own.upper.map(|u| u.max(upper)),
+        ..own
+    }
+}
+
+/// Profile limit of a variance with every candidate free.
+pub(super) fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
+    let level = if index == B || index == K {
+        INTERVAL
+    } else {
+        LIMIT
+    };
+    profile::bound(
+        problem,
+        &tests.full,
+        &tests.full_free,
+        index,
+        Side::Upper,
+        level,
+    )
+}
+
+pub(super) fn gauss_markov_estimates(
+    problem: &Problem,
+    tests: &Tests,
+    best: &Solution,
+    free: &Free,
+    covariance: Option<&(Vec<usize>, Vec<f64>)>,
+    units: &Units,
+) -> Vec<GaussMarkovEstimate> {
+    let mut out = Vec::new();
+    for g in 0..tests.gauss_markov {
+        let at = FIRST_GM + 2 * g;
+        // At an end of the range searched the process lies outside it, and so does its interval.
+        if best.parameters[at] <= 0.0 || problem.time_at_edge(best.parameters[at + 1]) {
+            continue;
+        }
+        if tests.flicker_confused && g + 1 == tests.gauss_markov {
+            if tests.gauss_markov == 1 {
+                let upper = profile::bound(problem, best, free, at, Side::Upper, LIMIT);
+                out.push(GaussMarkovEstimate {
+                    sigma: Estimate::limit(units.root(at, upper)),
+                    correlation_time_s: Estimate::ABSENT,
+                });
+            }
+            continue;
+        }
+        let sigma = interval(problem, best, free, at, covariance, |v| units.root(at, v));
+        let log_time = best.parameters[at + 1];
+        let lower = profile::bound(problem, best, free, at + 1, Side::Lower, INTERVAL);
+        let upper = profile::bound(problem, best, free, at + 1, Side::Upper, INTERVAL);
+        let spread = covariance
+            .and_then(|(indices, m)| {
+                let place = indices.iter().position(|&i| i == at + 1)?;
+                Some(m[place * indices.len() + place].sqrt())
+            })
+            .unwrap_or((upper - lower) / 3.92);
+        let time = units.time(log_time);
+        out.push(GaussMarkovEstimate {
+            sigma,
+            correlation_time_s: Estimate::detected(
+                time,
+                units.time(lower),
+                units.time(upper),
+                time * spread,
+            ),
+        });
+    }
+    if out.is_empty() {
+        // The largest limit over the correlation times searched.
+        let at = FIRST_GM;
+        let (low, high) = problem.log_time;
+        let mut held = tests.full_free;
+        held[at] = true;
+        held[at + 1] = false;
+        let mut worst = 0.0_f64;
+        let points = 6;
+        for i in 0..=points {
+            let mut start = tests.full.parameters;
+            start[at] = 0.0;
+            start[at + 1] = low + (high - low) * f64::from(i) / f64::from(points);
+            let fit = problem.fit_limited(&start, &held, 8);
+            worst = worst.max(profile::bound(problem, &fit, &held, at, Side::Upper, LIMIT));
+        }
+        out.push(GaussMarkovEstimate {
+            sigma: Estimate::limit(units.root(at, worst)),
+            correlation_time_s: Estimate::ABSENT,
+        });
+    }
+    out.sort_by(|a, b| {
+        let time = |e: &GaussMarkovEstimate| e.correlation_time_s.value.unwrap_or(0.0);
+        time(a).total_cmp(&time(b))
+    });
+    out
+}
+
+/// The line in time: its slope where it was taken in, else a limit of |R|.
+pub(super) fn ramp(
+    work: &Work,
+    active: &[Active],
+    problem: &Problem,
+    tests: &Tests,
+    best: &Solution,
+    free: &Free,
+    wanted: bool,
+) -> (Estimate, Option<f64>) {
+    if !wanted {
+        return (Estimate::ABSENT, None);
+    }
+    let unit = work.scale / work.step_s;
+    let place = active.iter().position(|a| a.kind == ActiveKind::Ramp);
+    let (extended, solution, free_set, at, found) = if let Some(place) = place {
+        (problem.clone(), best.clone(), *free, place, true)
+    } else {
+        let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+        columns.push(regress::line(&work.segments));
+        let log = work.layout.sum(&work.segments, &columns, work.cut);
+        let extended = Problem::new(&[&log], false);
+        let fit = extended.fit(&tests.full.parameters, &tests.full_free);
+        (extended, fit, tests.full_free, active.len(), false)
+    };
+    // The profile of a coefficient of the mean: the plain likelihood, noise terms free.
+    let plain_keep: Vec<usize> = (0..extended.columns()).collect();
+    let plain = extended.with_columns(&plain_keep, false);
+    let solution = if found {
+        plain.fit(&solution.parameters, &free_set)
+    } else {
+        solution
+    };
+    let value = solution.beta[0][at];
+    let p = plain.columns();
+    let sigma = solution.beta_covariance[0][at * p + at].sqrt();
+    let mut warm = solution.parameters;
+    let mut rise = |x: f64| {
+        let fit = plain
+            .with_held_column(at, x)
+            .fit_limited(&warm, &free_set, 25);
+        warm = fit.parameters;
+        fit.objective - solution.objective
+    };
+    let upper = profile::search(value, sigma, Side::Upper, INTERVAL, true, &mut rise);
+    let lower = profile::search(value, sigma, Side::Lower, INTERVAL, true, &mut rise);
+    let without: Vec<usize> = (0..p).filter(|&i| i != at).collect();
+    let ratio = plain
+        .with_columns(&without, false)
+        .fit(&solution.parameters, &free_set)
+        .objective
+        - solution.objective;
+    let estimate = if found {
+        let restricted = best.beta[0][at] * unit;
+        Estimate::detected(restricted, lower * unit, upper * unit, sigma * unit)
+    } else {
+        Estimate::limit(lower.abs().max(upper.abs()) * unit)
+    };
+    (estimate, Some(ratio.max(0.0)))
+}
+
+pub(super) fn sinusoids(
+    work: &Work,
+    fitted: &NoiseTerms,
+    options: &FitOptions,
+) -> Vec<SinusoidEstimate> {
+    if !options.candidates.sinusoids {
+        return Vec::new();
+    }
+    // Of lines within a few widths of each other (a line that is not quite constant) the strongest stands for all.
+    let mut strongest: Vec<Line> = work.lines.clone();
+    strongest.sort_by(|a, b| b.height.total_cmp(&a.height));
+    let mut kept: Vec<Line> = Vec::new();
+    for line in strongest {
+        // Above a filter's corner there is no fit that a line could stand above.
+        if line.u() > work.cut {
+            continue;
+        }
+        let near = kept.iter().any(|k| {
+            let width = (12.0 / (2.0 * k.n.min(line.n) as f64)).max(0.004 * k.u());
+            (k.u() - line.u()).abs() < width
+        });
+        if !near && kept.len() < 16 {
+            kept.push(line);
+        }
+    }
+    kept.sort_by(|a, b| a.u().total_cmp(&b.u()));
+    let white = fitted.white.powi(2) / work.step_s;
+    kept.iter()
+        .map(|line| {
+            let x = std::f64::consts::PI * line.u();
+            let gain = work.scale * x / x.sin();
+            let (a, sigma) = (line.amplitude * gain, line.amplitude_sigma() * gain);
+            let (f, spread) = (line.u() / work.step_s, line.u_sigma() / work.step_s);
+            SinusoidEstimate {
+                amplitude: Estimate::detected(
+                    a,
+                    (a - 1.96 * sigma).max(0.0),
+                    a + 1.96 * sigma,
+                    sigma,
+                ),
+                frequency_hz: Estimate::detected(f, f - 1.96 * spread, f + 1.96 * spread, spread),
+                height: line.height,
+                share_of_white: if white > 0.0 {
+                    0.5 * (line.amplitude * work.scale).powi(2) / white
+                } else {
+                    f64::INFINITY
+                },
+            }
+        })
+        .collect()
+}
+
+pub(super) fn describe(work: &Work, active: &[Active], best: &Solution) -> Vec<Regressor> {
+    let p = active.len();
+    active
+        .iter()
+        .enumerate()
+        .filter_map(|(i, a)| {
+            let kind = match a.kind {
+                ActiveKind::Ramp => return None,
+                ActiveKind::Temperature(power) => RegressorKind::Temperature { power },
+                ActiveKind::WarmUp(tau) => RegressorKind::WarmUp {
+                    time_constant_s: tau * work.step_s,
+                },
+                ActiveKind::Step(segment, at) => RegressorKind::Step {
+                    time_s: work.segments[segment].start_s + at as f64 * work.step_s,
+                },
+            };
+            let value = best.beta[0][i] * work.scale;
+            let half = 1.96 * best.beta_covariance[0][i * p + i].sqrt() * work.scale;
+            Some(Regressor {
+                kind,
+                value,
+                lower: value - half,
+                upper: value + half,
+            })
+        })
+        .collect()
+}
+
+/// Names of the parameters in a covariance.
+const NAMES: [&str; PARAMETERS] = ["Q", "N", "B", "K", "sigma1", "Tc1", "sigma2", "Tc2"];
+
+pub(super) fn named_covariance(
+    covariance: Option<&(Vec<usize>, Vec<f64>)>,
+    parameters: &Parameters,
+    units: &Units,
+) -> Covariance {
+    let Some((indices, matrix)) = covariance else {
+        return Covariance::default();
+    };
+    let n = indices.len();
+    // From variances and ln T_c to the terms themselves.
+    let slope: Vec<f64> = indices
+        .iter()
+        .map(|&i| {
+            if super::likelihood::is_time(i) {
+                units.time(parameters[i])
+            } else {
+                units.root(i, parameters[i]) / (2.0 * parameters[i])
+            }
+        })
+        .collect();
+    let mut out = matrix.clone();
+    for i in 0..n {
+        for j in 0..n {
+            out[i * n + j] *= slope[i] * slope[j];
+        }
+    }
+    Covariance {
+        names: indices.iter().map(|&i| NAMES[i].to_string()).collect(),
+        matrix: out,
+    }
+}
+
+/// Measured and fitted densities of every bin, those above a filter's corner included.
+pub(super) fn spectrum_bins(work: &Work, active: &[Active], best: &Solution) -> Vec<SpectrumBin> {
+    let columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+    let log: BinnedLog = work.layout.sum(&work.segments, &columns, 0.5);
+    let whole = Problem::new(&[&log], false);
+    let power = whole.residual_power(best);
+    let fit = whole.spectrum(&best.parameters);
+    let unit = work.scale * work.scale * work.step_s;
+    let mut out: Vec<SpectrumBin> = (0..whole.u.len())
+        .map(|b| SpectrumBin {
+            frequency_hz: whole.u[b] / work.step_s,
+            measured: power[b] * unit,
+            fitted: fit[b] * unit,
+            count: whole.count[b],
+            used: whole.u[b] <= work.cut,
+        })
+        .collect();
+    out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    out
+}
