@@ -87,8 +87,15 @@ pub fn stations(request: &StationsRequest) -> Result<StationsOutcome, Error> {
         gravity_m_s2: gravity(request)?,
     };
     let read = table::read(request, options.gravity_m_s2)?;
-    let found = stations::calibrate(&read.stations, &options)
-        .map_err(|error| Error::from(error).at(request.label.clone()))?;
+    let found = stations::calibrate(&read.stations, &options).map_err(|error| {
+        let error = Error::from(error);
+        // A station's place begins with the name of its table already.
+        if error.place.is_some() {
+            error
+        } else {
+            error.at(request.label.clone())
+        }
+    })?;
     Ok(StationsOutcome {
         found,
         stations: read.stations,

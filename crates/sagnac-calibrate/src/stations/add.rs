@@ -328,7 +328,7 @@ fn score(
             sum += (before / (before - fall).max(1e-300)).ln();
         }
     }
-    sum
+    sum / bundle.stations.len().max(1) as f64
 }
 
 /// The open terms that the table with these bundles determines.

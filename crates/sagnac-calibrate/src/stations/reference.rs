@@ -1,6 +1,6 @@
 //! True inputs of a station from attitude, the axis that points up, latitude and height.
 //!
-//! f = C_n^b (0, 0, −g), w = C_n^b Ω_e (cos φ, 0, −sin φ); normal gravity of WGS 84 by Somigliana's formula `[WGS84]`.
+//! f = C_n^b (0, 0, −g), w = C_n^b Ω_e (cos φ, 0, −sin φ); normal gravity of WGS 84 by Somigliana's formula.
 
 /// Rate of the Earth \[rad/s\].
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;

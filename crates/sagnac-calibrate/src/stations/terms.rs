@@ -207,7 +207,7 @@ impl Term {
     }
 }
 
-/// Row `k` of Ω = [w×][w×] + [ẇ×].
+/// Row `k` of Ω, the sum of the square of the cross-product matrix of w and that of ẇ.
 pub fn omega_row(k: usize, w: [f64; 3], wdot: [f64; 3]) -> [f64; 3] {
     match k {
         0 => [

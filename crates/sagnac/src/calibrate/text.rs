@@ -152,7 +152,7 @@ impl StationsOutcome {
             out.note(note.clone());
         }
         for text in self.advice() {
-            out.hanging("add:", text);
+            out.hanging("add: ", text);
         }
         out
     }
