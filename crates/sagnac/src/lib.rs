@@ -7,6 +7,7 @@
 pub mod allan;
 pub mod audit;
 pub mod budget;
+pub mod calibrate;
 pub mod catalog;
 pub mod characterize;
 pub mod compare;
@@ -35,7 +36,7 @@ pub mod table;
 pub use error::{Error, Kind};
 
 pub use sagnac_analysis as analysis;
-pub use sagnac_calibrate as calibrate;
+pub use sagnac_calibrate as calibration;
 pub use sagnac_core as core;
 pub use sagnac_log as log;
 pub use sagnac_model as model;

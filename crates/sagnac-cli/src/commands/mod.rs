@@ -3,6 +3,7 @@
 mod allan;
 mod audit;
 pub(crate) mod budget;
+mod calibrate;
 mod catalog;
 mod characterize;
 mod compare;
@@ -36,6 +37,7 @@ pub(crate) enum Command {
     Audit(audit::Args),
     Export(export::Args),
     Import(import::Args),
+    Calibrate(calibrate::Args),
     Catalog(catalog::Args),
     Characterize(characterize::Args),
     Compare(compare::Args),
@@ -61,6 +63,7 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Audit(args) => audit::run(&args, context),
         Command::Export(args) => export::run(&args, context),
         Command::Import(args) => import::run(&args, context),
+        Command::Calibrate(args) => calibrate::run(&args, context),
         Command::Catalog(args) => catalog::run(&args, context),
         Command::Characterize(args) => characterize::run(&args, context),
         Command::Compare(args) => compare::run(&args, context),
