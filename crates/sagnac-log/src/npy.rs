@@ -95,6 +95,22 @@ pub(crate) struct Header {
 
 /// Reads magic and header; leaves the reader at the data.
 pub(crate) fn read_header(reader: &mut dyn Read) -> Result<Header, Error> {
+    parse_header(&header_text(reader)?, Sides::AsTheyAre)
+}
+
+/// As [`read_header`], for arrays whose longer side is time.
+pub(crate) fn read_header_of_array(reader: &mut dyn Read) -> Result<Header, Error> {
+    parse_header(&header_text(reader)?, Sides::LongerIsTime)
+}
+
+/// Which side of a table is time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sides {
+    AsTheyAre,
+    LongerIsTime,
+}
+
+fn header_text(reader: &mut dyn Read) -> Result<String, Error> {
     let cut = |_| Error::data("the .npy header is cut off");
     let mut start = [0_u8; 8];
     reader.read_exact(&mut start).map_err(cut)?;
@@ -112,10 +128,10 @@ pub(crate) fn read_header(reader: &mut dyn Read) -> Result<Header, Error> {
     }
     let mut text = vec![0; length];
     reader.read_exact(&mut text).map_err(cut)?;
-    parse_header(&String::from_utf8_lossy(&text))
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
-fn parse_header(text: &str) -> Result<Header, Error> {
+fn parse_header(text: &str, sides: Sides) -> Result<Header, Error> {
     let bad = || Error::data("the .npy header cannot be read");
     let after = |key: &str| {
         let at = text
@@ -126,12 +142,12 @@ fn parse_header(text: &str) -> Result<Header, Error> {
             .strip_prefix(':')
             .map(str::trim_start)
     };
-    let fortran = after("fortran_order").ok_or_else(bad)?.starts_with("True");
+    let mut fortran = after("fortran_order").ok_or_else(bad)?.starts_with("True");
     let shape_text = after("shape")
         .and_then(|s| s.strip_prefix('('))
         .and_then(|s| s.split(')').next())
         .ok_or_else(bad)?;
-    let shape: Vec<u64> = shape_text
+    let mut shape: Vec<u64> = shape_text
         .split(',')
         .map(|n| n.trim().trim_end_matches('L'))
         .filter(|n| !n.is_empty())
@@ -189,6 +205,12 @@ fn parse_header(text: &str) -> Result<Header, Error> {
         .filter(|c| *c == '\'' || *c == '"')
         .ok_or_else(bad)?;
     let one = scalar(descr[1..].split(quote).next().ok_or_else(bad)?)?;
+    if let (Sides::LongerIsTime, &[a, b]) = (sides, shape.as_slice())
+        && b > a
+    {
+        shape.reverse();
+        fortran = !fortran;
+    }
     let columns = match shape.as_slice() {
         [_] => 1,
         [_, c] => *c,
@@ -308,6 +330,19 @@ impl Npy {
             done: 0,
             buffer: Vec::new(),
         })
+    }
+
+    /// An array whose header was read, in a stream that stands at its data; not in Fortran order.
+    pub(crate) fn of_array(header: Header, reader: Box<dyn Read + Send>) -> Self {
+        Self {
+            layout: RawLayout::default(),
+            rows: header.shape.first().copied().unwrap_or(0),
+            header,
+            data: Data::Rows(reader),
+            plan: Plan::default(),
+            done: 0,
+            buffer: Vec::new(),
+        }
     }
 
     fn block_rows(&self) -> u64 {
@@ -442,13 +477,16 @@ mod tests {
 
     #[test]
     fn headers_are_read() {
-        let h =
-            parse_header("{'descr': '<f8', 'fortran_order': False, 'shape': (10, 7), }").unwrap();
+        let h = parse_header(
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (10, 7), }",
+            Sides::AsTheyAre,
+        )
+        .unwrap();
         assert_eq!(
             (h.fields.len(), h.shape, h.fortran),
             (7, vec![10, 7], false)
         );
-        let h = parse_header("{'descr': [('time [s]', '<f8'), ('gyro_x [rad/s]', '>f4')], 'fortran_order': False, 'shape': (3,), }").unwrap();
+        let h = parse_header("{'descr': [('time [s]', '<f8'), ('gyro_x [rad/s]', '>f4')], 'fortran_order': False, 'shape': (3,), }", Sides::AsTheyAre).unwrap();
         assert!(h.is_structured);
         assert_eq!(h.fields[1].0, "gyro_x [rad/s]");
         assert!(h.fields[1].1.big);
@@ -460,7 +498,7 @@ mod tests {
             "{'descr': '<f8', 'fortran_order': False, 'shape': ()}",
             "{'descr': [('a', '<f8', (3,))], 'fortran_order': False, 'shape': (3,)}",
         ] {
-            assert!(parse_header(bad).is_err(), "{bad}");
+            assert!(parse_header(bad, Sides::AsTheyAre).is_err(), "{bad}");
         }
     }
 

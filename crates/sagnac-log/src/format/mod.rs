@@ -3,7 +3,11 @@
 mod bag;
 mod chunked;
 mod dataflash;
+mod db3;
 mod mcap;
+mod mimu;
+mod npz;
+mod oxts;
 mod part;
 mod ros;
 mod scan;
@@ -16,10 +20,18 @@ use crate::input::Input;
 use crate::map::raw::RawReader;
 use crate::npy::Npy;
 use crate::text::TextTable;
-use crate::{Error, ReadOptions, Source};
+use crate::{Error, ReadOptions, Source, SourceBytes};
 
 /// The raw reader of whatever the source holds.
 pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawReader>, Error> {
+    if let SourceBytes::Folder(folder) = source.bytes {
+        if options.topic.is_some() {
+            return Err(Error::usage("this format has no topics")
+                .at("--topic")
+                .advise("leave --topic out"));
+        }
+        return Ok(Box::new(oxts::Oxts::open(folder)?));
+    }
     let input = Input::open(source)?;
     let packed = input.packed;
     let raw: Box<dyn RawReader> = if input.head.starts_with(b"\x93NUMPY") {
@@ -32,6 +44,12 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
         Box::new(ulog::Ulog::open(input.bytes, packed, options)?)
     } else if input.head.starts_with(dataflash::MAGIC) {
         Box::new(dataflash::Dataflash::open(input.bytes, packed, options)?)
+    } else if input.head.starts_with(db3::MAGIC) {
+        Box::new(db3::Db3::open(input.bytes, packed, options)?)
+    } else if input.head.starts_with(npz::MAGIC) {
+        Box::new(npz::Npz::open(input.bytes, packed)?)
+    } else if mimu::recognize(&input.head) {
+        Box::new(mimu::Mimu::open(input.bytes, packed, options)?)
     } else {
         Box::new(TextTable::open(
             input.bytes.into_stream(),

@@ -1,7 +1,11 @@
 //! Writers of logs, one file per format.
 
+mod bag;
 pub(crate) mod csv;
+mod mcap;
 pub(crate) mod npy;
+mod npz;
+mod ros;
 
 use std::io::{Seek, Write};
 
@@ -23,6 +27,12 @@ pub enum WriteFormat {
     CsvZstd,
     /// `.npy`, structured.
     Npy,
+    /// `.npz`: one structured array, `log`.
+    Npz,
+    /// `.mcap`: `sensor_msgs/msg/Imu` of ROS 2.
+    Mcap,
+    /// `.bag`: `sensor_msgs/Imu` of ROS 1.
+    Bag,
 }
 
 impl WriteFormat {
@@ -37,6 +47,9 @@ impl WriteFormat {
             (".csv.gz", Self::CsvGzip),
             (".csv.zst", Self::CsvZstd),
             (".npy", Self::Npy),
+            (".npz", Self::Npz),
+            (".mcap", Self::Mcap),
+            (".bag", Self::Bag),
         ] {
             if lower.ends_with(extension) {
                 return Ok(format);
@@ -44,7 +57,7 @@ impl WriteFormat {
         }
         Err(
             Error::usage(format!("no log format is written as `{name}`"))
-                .advise("name it .csv, .csv.gz, .csv.zst or .npy"),
+                .advise("name it .csv, .csv.gz, .csv.zst, .npy, .npz, .mcap or .bag"),
         )
     }
 }
@@ -75,6 +88,9 @@ pub fn create(
         WriteFormat::CsvGzip => Box::new(csv::CsvWriter::new(csv::Packed::gzip(output), layout)?),
         WriteFormat::CsvZstd => Box::new(csv::CsvWriter::new(csv::Packed::zstd(output)?, layout)?),
         WriteFormat::Npy => Box::new(npy::NpyWriter::new(output, layout)?),
+        WriteFormat::Npz => Box::new(npz::NpzWriter::new(output, layout)?),
+        WriteFormat::Mcap => Box::new(mcap::McapWriter::new(output, layout)?),
+        WriteFormat::Bag => Box::new(bag::BagWriter::new(output, layout)?),
     })
 }
 
