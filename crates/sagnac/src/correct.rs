@@ -392,14 +392,15 @@ impl Work {
         let joined = |a: usize, b: usize| b < rows && self.is_joined(pending, a, b);
         let before = row > 0 && joined(row - 1, row);
         let after = joined(row, row + 1);
-        let points: &[usize] = &match (before, after) {
-            (true, true) => vec![row - 1, row, row + 1],
-            (false, true) if joined(row + 1, row + 2) => vec![row, row + 1, row + 2],
-            (false, true) => vec![row, row + 1],
-            (true, false) if row > 1 && joined(row - 2, row - 1) => vec![row - 2, row - 1, row],
-            (true, false) => vec![row - 1, row],
-            (false, false) => Vec::new(),
+        let (places, count) = match (before, after) {
+            (true, true) => ([row - 1, row, row + 1], 3),
+            (false, true) if joined(row + 1, row + 2) => ([row, row + 1, row + 2], 3),
+            (false, true) => ([row, row + 1, row], 2),
+            (true, false) if row > 1 && joined(row - 2, row - 1) => ([row - 2, row - 1, row], 3),
+            (true, false) => ([row - 1, row, row], 2),
+            (false, false) => ([row; 3], 0),
         };
+        let points = &places[..count];
         let t = |i: usize| self.time_s(pending, i) - self.time_s(pending, row);
         let of = |k: usize| match points {
             [a, b] => (w[k][*b] - w[k][*a]) / (t(*b) - t(*a)),

@@ -7,7 +7,10 @@
 #![allow(clippy::large_stack_arrays, reason = "fixed scratch of a block")]
 
 use rayon::prelude::*;
-use sagnac_core::{Draw, Measurement, OffDiagonal, OutputStage, Sensor, SensorModel, Truth};
+use sagnac_core::{
+    Draw, Measurement, OffDiagonal, OutputBlock, OutputStage, Sensor, SensorModel, Truth,
+    TruthBlock,
+};
 use sagnac_model::Model;
 use sagnac_noise::{AxisGenerator, Purpose, StreamKey, TermSet};
 
@@ -223,35 +226,50 @@ impl Run {
         {
             column.resize(truth.rows, 0.0);
         }
-        let mut pieces: Vec<Vec<(usize, [&mut [f64]; 3])>> = Vec::new();
-        for sensor in &mut self.sensors {
-            let which = sensor.sensor.index();
-            let [x, y, z] = &mut sensor.output;
-            let parts = x
-                .chunks_mut(PIECE)
-                .zip(y.chunks_mut(PIECE))
-                .zip(z.chunks_mut(PIECE));
-            for (piece, ((x, y), z)) in parts.enumerate() {
-                if pieces.len() <= piece {
-                    pieces.push(Vec::new());
-                }
-                pieces[piece].push((which, [x, y, z]));
+        // A triad that is not in the output goes to room of its own.
+        let mut spare: [Vec<f64>; 3] = Default::default();
+        if self.sensors.len() < 2 {
+            for column in &mut spare {
+                column.resize(truth.rows, 0.0);
             }
         }
+        let mut triads = [None, None];
+        for sensor in &mut self.sensors {
+            triads[sensor.sensor.index()] = Some(&mut sensor.output);
+        }
+        let [gyro, accel] = triads;
+        let (gyro, accel) = match (gyro, accel) {
+            (Some(gyro), Some(accel)) => (gyro, accel),
+            (Some(gyro), None) => (gyro, &mut spare),
+            (None, Some(accel)) => (&mut spare, accel),
+            (None, None) => return,
+        };
+        let ([gx, gy, gz], [ax, ay, az]) = (gyro, accel);
+        let gyro = [gx, gy, gz].map(|column| column.chunks_mut(PIECE));
+        let accel = [ax, ay, az].map(|column| column.chunks_mut(PIECE));
+        let [gx, gy, gz] = gyro;
+        let [ax, ay, az] = accel;
+        let pieces: Vec<_> = (gx.zip(gy).zip(gz))
+            .zip(ax.zip(ay).zip(az))
+            .map(|(((gx, gy), gz), ((ax, ay), az))| OutputBlock {
+                gyro: [gx, gy, gz],
+                accel: [ax, ay, az],
+            })
+            .collect();
         pieces
             .into_par_iter()
             .enumerate()
-            .for_each(|(piece, mut sensors)| {
+            .for_each(|(piece, mut output)| {
                 let first = piece * PIECE;
-                for k in first..(first + PIECE).min(truth.rows) {
-                    let reading = measurement.corrupt(&sample(k));
-                    for (which, columns) in &mut sensors {
-                        let value = [reading.gyro, reading.accel][*which];
-                        for (column, value) in columns.iter_mut().zip(value) {
-                            column[k - first] = value;
-                        }
-                    }
-                }
+                measurement.corrupt_block(
+                    &TruthBlock {
+                        specific_force: from(&truth.force, first),
+                        angular_rate: from(&truth.rate, first),
+                        angular_acceleration: Some(from(&truth.rate_dot, first)),
+                        temperature_c: truth.temperature.get(first..),
+                    },
+                    &mut output,
+                );
             });
     }
 
@@ -287,6 +305,11 @@ impl Run {
             })
         })
     }
+}
+
+/// The rows of three channels from `first` on.
+fn from(channels: &[Vec<f64>; 3], first: usize) -> [&[f64]; 3] {
+    channels.each_ref().map(|c| c.get(first..).unwrap_or(&[]))
 }
 
 impl SensorRun {
