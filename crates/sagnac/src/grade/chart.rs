@@ -80,14 +80,24 @@ const ACCEL: [Area; 4] = [
 /// Where the regions come from, for the caption.
 const REGION_SOURCES: &str = "bias from Groves (2013) and El-Sheimy and Youssef (2020), scale factor from what calibrated products of each class leave behind; the strategic column has no published scale factor and is drawn by judgement.";
 
-fn color(model: &Model) -> Color {
-    let name = technology(model).unwrap_or_default().to_ascii_uppercase();
-    if name.contains("MEMS") {
-        Color::Y
-    } else if name.contains("FOG") {
-        Color::X
-    } else if name.contains("RLG") {
+/// The color of a sensor's technology; of `FOG + MEMS accel` the first part is the gyro's, the second the accelerometer's.
+fn color(model: &Model, sensor: Sensor) -> Color {
+    let name = model
+        .technology(sensor)
+        .or_else(|| technology(model))
+        .unwrap_or_default()
+        .to_ascii_uppercase();
+    let part = match (name.split_once('+'), sensor) {
+        (Some((gyro, _)), Sensor::Gyro) => gyro,
+        (Some((_, accel)), Sensor::Accel) => accel,
+        (None, _) => &name,
+    };
+    if part.contains("MEMS") {
         Color::Z
+    } else if part.contains("FOG") {
+        Color::X
+    } else if part.contains("RLG") {
+        Color::Y
     } else {
         Color::Other
     }
@@ -128,7 +138,11 @@ fn point(model: &Model, sensor: Sensor, mine: bool, bias: Option<Bias>) -> Optio
         },
         x: scale_factor(model, sensor)? * 1e6,
         y: unit.from_si(value),
-        color: if mine { Color::Ink } else { color(model) },
+        color: if mine {
+            Color::Ink
+        } else {
+            color(model, sensor)
+        },
         marker: match (mine, kind) {
             (true, _) => Marker::Diamond,
             (false, Bias::RunToRun) => Marker::Filled,
@@ -234,7 +248,7 @@ pub fn cost_chart(catalogue: &Catalogue, among: Option<&[String]>) -> Result<Sca
             ),
             x: (low * high).sqrt(),
             y: Unit::DEG_PER_H.from_si(bias),
-            color: color(&model),
+            color: color(&model, Sensor::Gyro),
             marker,
             x_range: Some((low, high)),
         });
