@@ -12,6 +12,7 @@ use sagnac::nav::drift::Alignment;
 use sagnac::nav::sensor::Calibration;
 use sagnac::nav::trajectory::NAMES;
 use sagnac::nav::{Earth, Start, Trajectory, strapdown};
+use sagnac::simulate::TemperatureProfile;
 
 use crate::inputs;
 use crate::quantities::{optional, positive, quantity};
@@ -172,9 +173,7 @@ pub(crate) fn trajectory(
             .map_err(|e| Error::from(e).at(format!("--trajectory {name}")));
     }
     let log = reference.read(Path::new(name))?;
-    let data = sagnac::motion::path(&log, name)?;
-    Trajectory::from_path(name, start.earth(), &at, &data)
-        .map_err(|e| Error::from(e).at(name.to_owned()))
+    sagnac::path::trajectory_of_log(&log, name, start.earth(), &at)
 }
 
 /// `--vertical`.
@@ -251,7 +250,7 @@ pub(crate) struct RunOptions {
     /// Samples in the coning and sculling terms
     #[arg(long, value_enum, default_value_t = Sculling::Five, value_name = "two|five", hide_possible_values = true)]
     pub(crate) sculling: Sculling,
-    /// '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h'
+    /// '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h', or a file with time and temperature
     #[arg(long, value_name = "PROFILE", allow_hyphen_values = true)]
     temperature: Option<String>,
     #[command(flatten)]
@@ -312,35 +311,52 @@ impl RunOptions {
         let Some(text) = self.temperature.as_deref() else {
             return Ok(None);
         };
-        let words: Vec<&str> = text.split_whitespace().collect();
-        let value = |number: &str, unit: &str| {
-            quantity(
-                "--temperature",
-                &format!("{number} {unit}"),
-                Dimension::TEMPERATURE,
-            )
-        };
-        let (a, b, period) = match words.as_slice() {
-            ["ramp", a, ua, b, ub] => (value(a, ua)?, value(b, ub)?, None),
-            ["cycle", a, ua, b, ub, p, up] => (
-                value(a, ua)?,
-                value(b, ub)?,
-                Some(positive(
-                    "--temperature",
-                    &format!("{p} {up}"),
-                    Dimension::TIME,
-                )?),
-            ),
-            _ => {
-                let t = quantity("--temperature", text, Dimension::TEMPERATURE)?;
-                return Ok(Some(Arc::new(move |_| t)));
-            }
-        };
-        Ok(Some(match period {
-            None => Arc::new(move |t| a + (b - a) * (t / duration_s).clamp(0.0, 1.0)),
-            Some(p) => Arc::new(move |t| {
-                a + 0.5 * (b - a) * (1.0 - (2.0 * std::f64::consts::PI * t / p).cos())
-            }),
-        }))
+        let profile = temperature_profile(text)?;
+        Ok(Some(Arc::new(move |t| profile.mean_c(t, t, duration_s))))
     }
+}
+
+/// `--temperature`: words, or the name of a file.
+pub(crate) fn temperature_profile(text: &str) -> Result<TemperatureProfile, Error> {
+    let error = match TemperatureProfile::parse(text) {
+        Ok(profile) => return Ok(profile),
+        Err(error) => error,
+    };
+    let path = Path::new(text);
+    if !path.is_file() {
+        return Err(error.at(format!("--temperature {text}")).advise(
+            "write '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h' or the name of a file",
+        ));
+    }
+    let (source, _) = inputs::source(path)?;
+    let log = sagnac::log::read(source, &ReadOptions::default())?;
+    let Some(values) = log.channel("temperature") else {
+        return Err(Error::data("the file has no column `temperature`")
+            .at(text)
+            .advise("its header should be: time [s],temperature [degC]"));
+    };
+    let time_s: Vec<f64> = (0..log.rows)
+        .map(|k| {
+            log.stamps
+                .get(k)
+                .map_or_else(|| log.time_s(k), |stamp| stamp.seconds())
+        })
+        .collect();
+    if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+        return Err(Error::data("a temperature is not a finite number")
+            .at(format!("{text}, row {}", row + 1)));
+    }
+    if let Some(row) = time_s
+        .windows(2)
+        .position(|pair| pair[1].partial_cmp(&pair[0]) != Some(std::cmp::Ordering::Greater))
+    {
+        return Err(
+            Error::data("the times of a temperature profile must increase")
+                .at(format!("{text}, row {}", row + 2)),
+        );
+    }
+    Ok(TemperatureProfile::Table {
+        time_s,
+        temperature_c: values.to_vec(),
+    })
 }

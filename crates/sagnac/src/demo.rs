@@ -6,7 +6,7 @@ use sagnac_log::Log;
 use sagnac_model::{Catalogue, Model};
 use sagnac_nav::{Earth, Start, Trajectory};
 use sagnac_noise::TermSet;
-use sagnac_report::html::CharacterizePage;
+use sagnac_report::html::{CharacterizePage, ChartPage, DriftPage, Opening};
 use sagnac_report::text::{Align, Cell, Document, Table, significant};
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ use crate::Error;
 use crate::budget::{BudgetOutcome, BudgetRequest, Figure, budget};
 use crate::characterize::{NamedLog, Outcome, PageFacts, Request, characterize};
 use crate::drift::{DriftOutcome, DriftRequest, drift};
-use crate::grade::{GradeOutcome, GradeRequest, grade};
+use crate::grade::{GradeOutcome, GradeRequest, area_charts, grade, grade_page};
 use crate::simulate::{MotionSource, SimulateOutcome, SimulateRequest, simulate_log};
 
 /// Length of the simulated rest, s.
@@ -216,12 +216,19 @@ impl DemoOutcome {
             ),
         );
         let json = self.grade.to_json();
-        let word = |key: &str| json[key].as_str().unwrap_or("none").replace('_', " ");
+        let word = |key: &str| match json[key].as_str().unwrap_or("none") {
+            "ahrs" => "AHRS".to_owned(),
+            "gyro_bias" => "the gyro".to_owned(),
+            "accel_bias" => "the accelerometer".to_owned(),
+            "position" => "its position".to_owned(),
+            other => other.replace('_', " "),
+        };
+        let kind = json["bias"].as_str().unwrap_or("mixed");
         step(
             "4",
             "grade",
             format!(
-                "{} (lecture's table), held back by {}",
+                "{} (table: lecture, {kind} bias), held back by {}",
                 word("overall"),
                 word("held_back_by")
             ),
@@ -262,6 +269,30 @@ impl DemoOutcome {
         document
     }
 
+    /// The page of the grade, with the charts of the application areas.
+    ///
+    /// # Errors
+    /// A catalogue that cannot be read.
+    pub fn grade_page(
+        &self,
+        catalogue: &Catalogue,
+        command: &str,
+        version: &str,
+    ) -> Result<ChartPage, Error> {
+        let charts = area_charts(catalogue, std::slice::from_ref(&self.model), None)?;
+        let outcomes = std::slice::from_ref(&self.grade);
+        Ok(grade_page(outcomes, charts, command, version))
+    }
+
+    /// The page of the drift at rest.
+    pub fn drift_page(&self, command: &str, version: &str) -> DriftPage {
+        self.drift.page(Opening {
+            version: version.to_owned(),
+            command: command.to_owned(),
+            ..Opening::default()
+        })
+    }
+
     /// The page of the characterization, with the truth beside it in words.
     pub fn page(&self, facts: &PageFacts) -> CharacterizePage {
         let mut page = self.characterized.to_page(facts);
@@ -282,7 +313,7 @@ impl DemoOutcome {
             text.push_str("; the others are ");
             text.push_str(&missed.join(", "));
         }
-        text.push('.');
+        text.push_str(". Its grade and application areas are in grade.html, its drift at rest in drift.html, beside this page.");
         page.verdict = page.verdict.plain(text);
         page
     }

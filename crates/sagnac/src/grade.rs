@@ -15,7 +15,7 @@
 mod chart;
 mod table;
 
-pub use chart::{area_charts, cost_chart, grade_page};
+pub use chart::{area_charts, cost_chart, cost_page, grade_page};
 pub use table::{GradeTable, Limit, Row};
 
 use sagnac_core::Sensor;

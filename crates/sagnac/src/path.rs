@@ -3,145 +3,168 @@
 //! `latitude`, `longitude`, `height` or `position_x…z` (east, north, up), and for attitude
 //! `quaternion_w…z`, or `roll`, `pitch`, `heading`, or nothing.
 
-#![allow(clippy::items_after_statements, reason = "beside its only use")]
-
 use sagnac_log::Log;
-use sagnac_model::units::{Dimension, parse_quantity};
+use sagnac_model::units::{Dimension, Unit};
 use sagnac_nav::trajectory::{PathAttitude, PathData, PathPosition};
 use sagnac_nav::{Earth, Start, Trajectory};
 
 use crate::Error;
 
-/// Columns of one kind, all or none.
-fn group<const N: usize>(
+/// A column of a log in SI under any of its names, if the log has it; the unit of a column that is not an inertial
+/// channel is read from the log.
+fn column(
     log: &Log,
-    names: [&str; N],
-    dimensions: [Option<Dimension>; N],
-) -> Result<Option<Vec<[f64; N]>>, Error> {
-    let found = names.map(|name| log.layout.index(name));
-    if found.iter().all(Option::is_none) {
-        return Ok(None);
-    }
-    let mut columns: Vec<(&[f64], f64)> = Vec::new();
-    for ((name, at), dimension) in names.into_iter().zip(found).zip(dimensions) {
-        let Some(at) = at else {
-            return Err(Error::data(format!(
-                "the path has some of {}, but no {name}",
-                names.join(", ")
-            ))
-            .advise("give all of them or none"));
+    names: &[&str],
+    dimension: Dimension,
+    label: &str,
+) -> Result<Option<Vec<f64>>, Error> {
+    for name in names {
+        let Some(index) = log.layout.index(name) else {
+            continue;
         };
-        let unit = log.layout.channels[at].unit.trim();
-        let factor = match dimension {
-            None => 1.0,
-            Some(_) if unit.is_empty() => {
-                return Err(
-                    Error::data(format!("the unit of column `{name}` is not known")).advise(
-                        format!(
-                            "write it in the header, for instance {name} [{}]",
-                            if name.starts_with("position") || name == "height" {
-                                "m"
-                            } else {
-                                "deg"
-                            }
-                        ),
-                    ),
-                );
-            }
-            Some(dimension) => {
-                parse_quantity(&format!("1 {unit}"), dimension).map_err(|error| {
-                    Error::data(error.to_string()).at(format!("column {name} [{unit}]"))
-                })?
-            }
-        };
-        columns.push((&log.columns[at], factor));
-    }
-    let rows = (0..log.rows).map(|k| {
-        let mut row = [0.0; N];
-        for (value, (column, factor)) in row.iter_mut().zip(&columns) {
-            *value = column[k] * factor;
+        let channel = &log.layout.channels[index];
+        let values = &log.columns[index];
+        if dimension == Dimension::RATIO {
+            return Ok(Some(values.clone()));
         }
-        row
-    });
-    Ok(Some(rows.collect()))
+        if channel.unit.trim().is_empty() {
+            return Err(
+                Error::data(format!("the unit of column `{name}` is not known"))
+                    .at(label.to_owned())
+                    .advise(format!(
+                        "write it in the header, for instance {name} [{}]",
+                        dimension.field_unit()
+                    )),
+            );
+        }
+        let unit = Unit::parse(&channel.unit)
+            .map_err(|e| Error::data(e.to_string()).at(format!("{label}, column {name}")))?;
+        if !unit.measures(dimension) {
+            return Err(Error::data(format!(
+                "column `{name}` is {}, expected {}",
+                unit.words(),
+                dimension.words()
+            ))
+            .at(label.to_owned())
+            .advise(format!(
+                "write its unit in brackets, for instance {name} [{}]",
+                dimension.field_unit()
+            )));
+        }
+        let factor = unit.factor();
+        return Ok(Some(values.iter().map(|v| v * factor).collect()));
+    }
+    Ok(None)
 }
 
-/// The path that a log holds, as its columns; rows with a value that is not a number are left out.
+/// All columns of a group, or none.
+fn group<const N: usize>(
+    log: &Log,
+    names: [&[&str]; N],
+    dimension: Dimension,
+    label: &str,
+) -> Result<Option<[Vec<f64>; N]>, Error> {
+    let mut out: Vec<Vec<f64>> = Vec::new();
+    for set in &names {
+        match column(log, set, dimension, label)? {
+            Some(values) => out.push(values),
+            None if out.is_empty() => return Ok(None),
+            None => {
+                return Err(Error::data(format!(
+                    "column `{}` is missing beside the others of its group",
+                    set[0]
+                ))
+                .at(label.to_owned()));
+            }
+        }
+    }
+    Ok(out.try_into().ok())
+}
+
+/// The path and attitude that a log or a file of way points holds (navigation.md §1.3); rows with a NaN are left out.
 ///
 /// # Errors
-/// No position; some columns of a group only; units that are not known.
-pub fn path_data(log: &Log) -> Result<PathData, Error> {
-    let angle = Some(Dimension::ANGLE);
-    let length = Some(Dimension::LENGTH);
-    let geodetic = group(
+/// A file without positions, or with half a group of columns; a unit of another dimension.
+pub fn path(log: &Log, label: &str) -> Result<PathData, Error> {
+    let latitude = column(log, &["latitude"], Dimension::ANGLE, label)?;
+    let longitude = column(log, &["longitude"], Dimension::ANGLE, label)?;
+    let height = column(log, &["height"], Dimension::LENGTH, label)?;
+    let local = group(
         log,
-        ["latitude", "longitude", "height"],
-        [angle, angle, length],
+        [
+            &["position_x", "p_RS_R_x", "p_x"],
+            &["position_y", "p_RS_R_y", "p_y"],
+            &["position_z", "p_RS_R_z", "p_z"],
+        ],
+        Dimension::LENGTH,
+        label,
     )?;
-    let local = group(log, ["position_x", "position_y", "position_z"], [length; 3])?;
     let quaternion = group(
         log,
         [
-            "quaternion_w",
-            "quaternion_x",
-            "quaternion_y",
-            "quaternion_z",
+            &["quaternion_w", "q_RS_w", "q_w"],
+            &["quaternion_x", "q_RS_x", "q_x"],
+            &["quaternion_y", "q_RS_y", "q_y"],
+            &["quaternion_z", "q_RS_z", "q_z"],
         ],
-        [None; 4],
+        Dimension::RATIO,
+        label,
     )?;
-    let angles = group(log, ["roll", "pitch", "heading"], [angle; 3])?;
-    let is_geodetic = geodetic.is_some();
-    let Some(position) = geodetic.or(local) else {
-        return Err(Error::data("the path has no position").advise(
-            "give latitude [deg], longitude [deg], height [m], or position_x, position_y, position_z [m]",
-        ));
+    let angles = group(
+        log,
+        [&["roll"], &["pitch"], &["heading"]],
+        Dimension::ANGLE,
+        label,
+    )?;
+    let time: Vec<f64> = (0..log.rows).map(|k| log.time_s(k)).collect();
+    let zip = |x: &[Vec<f64>; 3]| -> Vec<[f64; 3]> {
+        (0..log.rows).map(|k| [x[0][k], x[1][k], x[2][k]]).collect()
     };
-    let time_s: Vec<f64> = (0..log.rows)
-        .map(|k| {
-            log.stamps
-                .get(k)
-                .map_or_else(|| log.time_s(k), sagnac_log::Stamp::seconds)
+    let (positions, is_local) = match (latitude, longitude, height, local) {
+        (Some(a), Some(b), Some(c), _) => (zip(&[a, b, c]), false),
+        (.., Some(local)) => (zip(&local), true),
+        _ => {
+            let names: Vec<&str> = log
+                .layout
+                .channels
+                .iter()
+                .map(|c| c.name.as_str())
+                .collect();
+            return Err(Error::data("the path has no positions")
+                .at(format!("{label}: columns time, {}", names.join(", ")))
+                .advise("give latitude [deg], longitude [deg], height [m], or position_x [m], position_y [m], position_z [m]"));
+        }
+    };
+    let quaternions: Option<Vec<[f64; 4]>> = quaternion.map(|q| {
+        (0..log.rows)
+            .map(|k| [q[0][k], q[1][k], q[2][k], q[3][k]])
+            .collect()
+    });
+    let angles = angles.as_ref().map(zip);
+    let keep: Vec<usize> = (0..log.rows)
+        .filter(|&k| {
+            time[k].is_finite()
+                && positions[k].iter().all(|x| x.is_finite())
+                && quaternions
+                    .as_ref()
+                    .is_none_or(|q| q[k].iter().all(|x| x.is_finite()))
+                && angles
+                    .as_ref()
+                    .is_none_or(|a| a[k].iter().all(|x| x.is_finite()))
         })
         .collect();
-    // Differences of stamps in nanoseconds are exact where the seconds themselves are not.
-    let origin = log.stamps.get(0);
-    let time_s = match origin {
-        Some(origin) => {
-            let first = time_s[0];
-            log.stamps
-                .since(origin)
-                .into_iter()
-                .map(|t| if first.abs() < 1e6 { t + first } else { t })
-                .collect()
-        }
-        None => time_s,
-    };
-    let whole = |k: usize| {
-        position[k].iter().all(|x| !x.is_nan())
-            && quaternion
-                .as_ref()
-                .is_none_or(|q| q[k].iter().all(|x| !x.is_nan()))
-            && angles
-                .as_ref()
-                .is_none_or(|a| a[k].iter().all(|x| !x.is_nan()))
-    };
-    let rows: Vec<usize> = (0..log.rows).filter(|k| whole(*k)).collect();
-    fn pick<T: Copy>(all: &[T], rows: &[usize]) -> Vec<T> {
-        rows.iter().map(|k| all[*k]).collect()
-    }
-    let position = pick(&position, &rows);
-    let time_s: Vec<f64> = time_s;
+    let pick = |x: &[[f64; 3]]| -> Vec<[f64; 3]> { keep.iter().map(|&k| x[k]).collect() };
     Ok(PathData {
-        time_s: pick(&time_s, &rows),
-        position: if is_geodetic {
-            PathPosition::Geodetic(position)
+        time_s: keep.iter().map(|&k| time[k]).collect(),
+        position: if is_local {
+            PathPosition::Local(pick(&positions))
         } else {
-            PathPosition::Local(position)
+            PathPosition::Geodetic(pick(&positions))
         },
-        attitude: match (quaternion, angles) {
-            (Some(quaternion), _) => PathAttitude::Quaternion(pick(&quaternion, &rows)),
-            (None, Some(angles)) => PathAttitude::RollPitchHeading(pick(&angles, &rows)),
-            (None, None) => PathAttitude::Coordinated,
+        attitude: match (quaternions, angles) {
+            (Some(q), _) => PathAttitude::Quaternion(keep.iter().map(|&k| q[k]).collect()),
+            (None, Some(a)) => PathAttitude::RollPitchHeading(pick(&a)),
+            _ => PathAttitude::Coordinated,
         },
     })
 }
@@ -149,14 +172,14 @@ pub fn path_data(log: &Log) -> Result<PathData, Error> {
 /// The trajectory along the path of a log; local axes are tangent at `start`.
 ///
 /// # Errors
-/// Those of [`path_data`] and of [`sagnac_nav::trajectory::Path::new`], with the log's name.
+/// Those of [`path`] and of [`sagnac_nav::trajectory::Path::new`], with the log's name.
 pub fn trajectory_of_log(
     log: &Log,
     label: &str,
     earth: Earth,
     start: &Start,
 ) -> Result<Trajectory, Error> {
-    let data = path_data(log).map_err(|error| error.at(label.to_owned()))?;
+    let data = path(log, label)?;
     Trajectory::from_path(label, earth, start, &data)
         .map_err(|error| Error::from(error).at(label.to_owned()))
 }

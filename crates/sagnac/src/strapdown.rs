@@ -9,7 +9,7 @@ use sagnac_report::text::{Document, Style, duration, group_thousands, significan
 use serde_json::{Value, json};
 
 use crate::Error;
-use crate::motion::path;
+use crate::path::path;
 
 /// What to integrate.
 #[derive(Debug, Clone, Copy)]

@@ -23,7 +23,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     limit: Limit,
     /// When
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     after: String,
     /// Check the first three by Monte Carlo
     #[arg(long)]
@@ -37,10 +37,10 @@ pub(crate) struct Args {
 #[group(required = true, multiple = false)]
 struct Limit {
     /// Half of all sensors are within this
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     cep: Option<String>,
     /// 95 % of all sensors are within this
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     r95: Option<String>,
 }
 

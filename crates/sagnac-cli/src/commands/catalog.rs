@@ -1,14 +1,20 @@
 //! `sagnac catalog`: real sensors with sources.
 
+use std::path::PathBuf;
+
 use clap::Subcommand;
 use sagnac::Error;
 use sagnac::catalog::{self, ListRequest};
 
 use sagnac::budget::Figure;
+use sagnac::grade::cost_page;
 use sagnac::model::units::Dimension;
 
+use crate::commands::characterize::command_line;
+use crate::commands::drift::put_svg;
 use crate::context::Context;
 use crate::models::CatalogOption;
+use crate::outputs::{Output, publish_all};
 use crate::quantities::positive;
 
 /// Real sensors, every number with its source
@@ -41,6 +47,15 @@ struct List {
     /// The parameter to sort by, ascending [default: the name]
     #[arg(long, value_name = "PATH")]
     sort: Option<String>,
+    /// Write the page: cost against performance, with the evidence of every price class
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+    /// Draw cost against performance
+    #[arg(short, long, value_name = "F.svg|F.png")]
+    output: Option<PathBuf>,
+    /// Overwrite outputs that exist
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     catalog: CatalogOption,
 }
@@ -105,8 +120,35 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
                     .map_err(|error| option_error("--sort", error))?,
                 accelerometers: about("accel.") && !about("gyro."),
             };
-            let outcome = catalog::list(&list.catalog.open()?, &request)?;
-            context.show(|| outcome.document(), || outcome.to_json())
+            let claim = |path: &Option<PathBuf>, option: &str| {
+                path.as_deref()
+                    .map(|p| Output::claim(p, option, list.force))
+                    .transpose()
+            };
+            let (report, picture) = (claim(&list.report, "--report")?, claim(&list.output, "-o")?);
+            let catalogue = list.catalog.open()?;
+            let outcome = catalog::list(&catalogue, &request)?;
+            context.show(|| outcome.document(), || outcome.to_json())?;
+            let mut outputs = Vec::new();
+            if report.is_some() || picture.is_some() {
+                let names: Vec<String> =
+                    outcome.models.iter().map(|m| m.name().to_owned()).collect();
+                let page = cost_page(
+                    &catalogue,
+                    Some(&names),
+                    &command_line(),
+                    env!("CARGO_PKG_VERSION"),
+                )?;
+                if let (Some(mut out), Some(chart)) = (picture, page.charts.first()) {
+                    put_svg(&mut out, &chart.draw(860.0, "wide"))?;
+                    outputs.push(out);
+                }
+                if let Some(mut out) = report {
+                    out.put(page.html().as_bytes())?;
+                    outputs.push(out);
+                }
+            }
+            context.wrote(&publish_all(outputs)?)
         }
         Action::Search(search) => {
             let (limit, time) = search.drift.split_once(" after ").ok_or_else(|| {

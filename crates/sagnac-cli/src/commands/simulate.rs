@@ -16,12 +16,11 @@ use sagnac::model::units::Dimension;
 use sagnac::nav::{Earth, Start, Trajectory, trajectory::NAMES};
 use sagnac::noise::TermSet;
 use sagnac::path::trajectory_of_log;
-use sagnac::simulate::{
-    MotionSource, SimulateRequest, Sinks, TemperatureProfile, simulate as run_simulation,
-};
+use sagnac::simulate::{MotionSource, SimulateRequest, Sinks, simulate as run_simulation};
 
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
+use crate::motion::temperature_profile;
 use crate::outputs::{Output, publish_all};
 use crate::quantities::{positive, quantity};
 
@@ -194,7 +193,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         (None, None) => None,
     };
     check_log_options(args)?;
-    let temperature = args.temperature.as_deref().map(temperature).transpose()?;
+    let temperature = args
+        .temperature
+        .as_deref()
+        .map(temperature_profile)
+        .transpose()?;
     let format = WriteFormat::of_name(&args.output.display().to_string())?;
     let truth_format = args
         .truth
@@ -374,51 +377,6 @@ fn check_log_options(args: &Args) -> Result<(), Error> {
             ))),
         None => Ok(()),
     }
-}
-
-/// `--temperature`: words, or the name of a file.
-fn temperature(text: &str) -> Result<TemperatureProfile, Error> {
-    let error = match TemperatureProfile::parse(text) {
-        Ok(profile) => return Ok(profile),
-        Err(error) => error,
-    };
-    let path = Path::new(text);
-    if !path.is_file() {
-        return Err(error.at(format!("--temperature {text}")).advise(
-            "write '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h' or the name of a file",
-        ));
-    }
-    let (source, _) = inputs::source(path)?;
-    let log = sagnac::log::read(source, &ReadOptions::default())?;
-    let Some(values) = log.channel("temperature") else {
-        return Err(Error::data("the file has no column `temperature`")
-            .at(text)
-            .advise("its header should be: time [s],temperature [degC]"));
-    };
-    let time_s: Vec<f64> = (0..log.rows)
-        .map(|k| {
-            log.stamps
-                .get(k)
-                .map_or_else(|| log.time_s(k), |stamp| stamp.seconds())
-        })
-        .collect();
-    if let Some(row) = values.iter().position(|value| !value.is_finite()) {
-        return Err(Error::data("a temperature is not a finite number")
-            .at(format!("{text}, row {}", row + 1)));
-    }
-    if let Some(row) = time_s
-        .windows(2)
-        .position(|pair| pair[1].partial_cmp(&pair[0]) != Some(std::cmp::Ordering::Greater))
-    {
-        return Err(
-            Error::data("the times of a temperature profile must increase")
-                .at(format!("{text}, row {}", row + 2)),
-        );
-    }
-    Ok(TemperatureProfile::Table {
-        time_s,
-        temperature_c: values.to_vec(),
-    })
 }
 
 /// `--rest`, or `--trajectory` by name or file.

@@ -175,15 +175,28 @@ impl<const L: usize> Strapdown<L> {
 
     /// Queues one sample without stepping.
     pub fn feed(&mut self, dt_s: f64, sample: &LaneSample<L>, truth: [f64; 2]) {
-        // The parts that are no longer in any window go when they are most of the queue.
+        self.forget();
+        self.queue.push(*sample);
+        self.steps.push([dt_s, truth[0], truth[1]]);
+    }
+
+    /// Queues samples `dt_s` apart without stepping, as many as both slices hold.
+    pub fn feed_block(&mut self, dt_s: f64, samples: &[LaneSample<L>], truth: &[[f64; 2]]) {
+        let count = samples.len().min(truth.len());
+        self.forget();
+        self.queue.extend_from_slice(&samples[..count]);
+        self.steps
+            .extend(truth[..count].iter().map(|t| [dt_s, t[0], t[1]]));
+    }
+
+    /// Drops the samples that are no longer in any window, when they are most of the queue.
+    fn forget(&mut self) {
         let used = (self.done.saturating_sub(4).saturating_sub(self.base)) as usize;
-        if used > 4096 {
+        if used >= 256 && 8 * used > 7 * self.queue.len() {
             self.queue.drain(..used);
             self.steps.drain(..used);
             self.base += used as u64;
         }
-        self.queue.push(*sample);
-        self.steps.push([dt_s, truth[0], truth[1]]);
     }
 
     /// Declares the record complete, so that [`Self::run_to`] can go to its end.

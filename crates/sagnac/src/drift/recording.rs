@@ -13,7 +13,8 @@ use sagnac_report::text::{Align, Cell, Document, Style, Table, significant};
 use serde_json::{Value, json};
 
 use crate::Error;
-use crate::motion::{path, sensor_errors};
+use crate::motion::sensor_errors;
+use crate::path::path;
 
 /// Horizons, s.
 const HORIZONS_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0];
@@ -211,12 +212,15 @@ fn samples(request: &RecordingRequest<'_>, dt: f64) -> Result<Vec<Sample>, Error
 
 /// Whether neither file has a gap near both ends, and the log none in between.
 fn covered(log: &[f64], reference: &[f64], start: f64, stop: f64) -> bool {
+    // Where a file has not begun, or has ended, it has a gap as well.
     let dense = |times: &[f64], from: f64, to: f64| {
-        let begin = times.partition_point(|t| *t < from).saturating_sub(1);
-        let end = times.partition_point(|t| *t <= to).min(times.len() - 1);
-        times[begin..=end]
-            .windows(2)
-            .all(|w| w[1] - w[0] <= LARGEST_GAP_S)
+        let begin = times.partition_point(|t| *t <= from).saturating_sub(1);
+        let end = times.partition_point(|t| *t < to).min(times.len() - 1);
+        times[begin] - from <= LARGEST_GAP_S
+            && to - times[end] <= LARGEST_GAP_S
+            && times[begin..=end]
+                .windows(2)
+                .all(|w| w[1] - w[0] <= LARGEST_GAP_S)
     };
     dense(log, start - AROUND_S, stop + AROUND_S)
         && dense(reference, start - AROUND_S, start + AROUND_S)

@@ -370,7 +370,7 @@ impl DriftOutcome {
         DriftPage {
             opening: Opening {
                 name: self.sensor.clone(),
-                subtitle: format!("{} {}", self.subtitle(), self.conditions()),
+                subtitle: format!("{} {}", self.subtitle(), self.conditions()).replace('`', ""),
                 verdict: self.rich_verdict(),
                 ..opening
             },

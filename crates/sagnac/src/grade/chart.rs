@@ -6,7 +6,7 @@
 use sagnac_core::Sensor;
 use sagnac_model::catalogue::{price_class, technology};
 use sagnac_model::{Catalogue, Model};
-use sagnac_report::html::{ChartPage, Opening, Rich};
+use sagnac_report::html::{ChartPage, HtmlCell, HtmlTable, Opening, Rich};
 use sagnac_report::plots::{Color, Marker, Region, ScatterChart, ScatterPoint};
 use sagnac_report::text::Unit;
 
@@ -80,14 +80,24 @@ const ACCEL: [Area; 4] = [
 /// Where the regions come from, for the caption.
 const REGION_SOURCES: &str = "bias from Groves (2013) and El-Sheimy and Youssef (2020), scale factor from what calibrated products of each class leave behind; the strategic column has no published scale factor and is drawn by judgement.";
 
-fn color(model: &Model) -> Color {
-    let name = technology(model).unwrap_or_default().to_ascii_uppercase();
-    if name.contains("MEMS") {
-        Color::Y
-    } else if name.contains("FOG") {
-        Color::X
-    } else if name.contains("RLG") {
+/// The color of a sensor's technology; of `FOG + MEMS accel` the first part is the gyro's, the second the accelerometer's.
+fn color(model: &Model, sensor: Sensor) -> Color {
+    let name = model
+        .technology(sensor)
+        .or_else(|| technology(model))
+        .unwrap_or_default()
+        .to_ascii_uppercase();
+    let part = match (name.split_once('+'), sensor) {
+        (Some((gyro, _)), Sensor::Gyro) => gyro,
+        (Some((_, accel)), Sensor::Accel) => accel,
+        (None, _) => &name,
+    };
+    if part.contains("MEMS") {
         Color::Z
+    } else if part.contains("FOG") {
+        Color::X
+    } else if part.contains("RLG") {
+        Color::Y
     } else {
         Color::Other
     }
@@ -128,7 +138,11 @@ fn point(model: &Model, sensor: Sensor, mine: bool, bias: Option<Bias>) -> Optio
         },
         x: scale_factor(model, sensor)? * 1e6,
         y: unit.from_si(value),
-        color: if mine { Color::Ink } else { color(model) },
+        color: if mine {
+            Color::Ink
+        } else {
+            color(model, sensor)
+        },
         marker: match (mine, kind) {
             (true, _) => Marker::Diamond,
             (false, Bias::RunToRun) => Marker::Filled,
@@ -201,13 +215,17 @@ pub fn area_charts(
 
 /// Price class against gyro bias by technology; only printed prices.
 ///
+/// `among` names the sensors that are drawn; all where it is `None`.
+///
 /// # Errors
 /// A model of the catalogue that cannot be read.
-pub fn cost_chart(catalogue: &Catalogue) -> Result<ScatterChart, Error> {
+pub fn cost_chart(catalogue: &Catalogue, among: Option<&[String]>) -> Result<ScatterChart, Error> {
     let mut points = Vec::new();
     for model in catalogue.models()? {
-        let Some(price) = price_class(&model).filter(|p| p.evidence != "estimated from gyro bias")
-        else {
+        if among.is_some_and(|names| !names.iter().any(|n| n == model.name())) {
+            continue;
+        }
+        let Some(price) = price_class(&model).filter(|p| p.evidence != ESTIMATED) else {
             continue;
         };
         let (low, high) = class_range(price.class);
@@ -230,7 +248,7 @@ pub fn cost_chart(catalogue: &Catalogue) -> Result<ScatterChart, Error> {
             ),
             x: (low * high).sqrt(),
             y: Unit::DEG_PER_H.from_si(bias),
-            color: color(&model),
+            color: color(&model, Sensor::Gyro),
             marker,
             x_range: Some((low, high)),
         });
@@ -258,6 +276,114 @@ pub fn cost_chart(catalogue: &Catalogue) -> Result<ScatterChart, Error> {
         ],
     })
 }
+
+/// The page of cost against performance: the chart, and a table of every sensor with a price class and its evidence.
+///
+/// # Errors
+/// A model of the catalogue that cannot be read.
+pub fn cost_page(
+    catalogue: &Catalogue,
+    among: Option<&[String]>,
+    command: &str,
+    version: &str,
+) -> Result<ChartPage, Error> {
+    let chart = cost_chart(catalogue, among)?;
+    let mut rows = Vec::new();
+    for model in catalogue.models()? {
+        if among.is_some_and(|names| !names.iter().any(|n| n == model.name())) {
+            continue;
+        }
+        let Some(price) = price_class(&model) else {
+            continue;
+        };
+        let bias = [Bias::InRun, Bias::RunToRun].map(|kind| {
+            bias_of(&model, Sensor::Gyro, kind).map_or("-".to_owned(), |v| {
+                sagnac_report::text::general(Unit::DEG_PER_H.from_si(v), 3)
+            })
+        });
+        let [in_run, run_to_run] = bias;
+        rows.push((
+            price.rank(),
+            [
+                model.name().to_owned(),
+                model.technology(Sensor::Gyro).unwrap_or("-").to_owned(),
+                in_run,
+                run_to_run,
+                price.class.to_owned(),
+                price.evidence.clone(),
+            ],
+        ));
+    }
+    rows.sort_by(|a, b| (a.0, &a.1[0]).cmp(&(b.0, &b.1[0])));
+    let printed = rows.iter().filter(|(_, r)| r[5] != ESTIMATED).count();
+    let mut table = HtmlTable::new(
+        "prices",
+        &[
+            "Sensor",
+            "Gyro",
+            "In-run, °/h",
+            "Run-to-run, °/h",
+            "Price class, USD",
+            "Evidence",
+        ],
+        &[2, 3, 4],
+    );
+    let total = rows.len();
+    for (_, row) in rows {
+        table.row(
+            row.into_iter()
+                .enumerate()
+                .map(|(i, text)| match i {
+                    2..=4 => HtmlCell::number(text),
+                    _ => HtmlCell::from(text),
+                })
+                .collect(),
+        );
+    }
+    let verdict = match (
+        chart.points.iter().min_by(|a, b| a.x.total_cmp(&b.x)),
+        chart.points.iter().max_by(|a, b| a.x.total_cmp(&b.x)),
+    ) {
+        (Some(cheap), Some(dear)) if dear.x > cheap.x => Rich::new()
+            .bold("Price rises about as fast as bias falls: ")
+            .plain(format!(
+                "from {} at {} °/h to {} at {} °/h.",
+                cheap.name,
+                sagnac_report::text::general(cheap.y, 2),
+                dear.name,
+                sagnac_report::text::general(dear.y, 2)
+            )),
+        _ => Rich::new().bold(format!(
+            "{} sensors here have a published price and a gyro bias.",
+            chart.points.len()
+        )),
+    };
+    Ok(ChartPage {
+        opening: Opening {
+            name: "What does performance cost?".to_owned(),
+            subtitle: format!(
+                "{} sensors with a published price and bias figure; {total} with a price class, {printed} of them printed",
+                chart.points.len()
+            ),
+            verdict,
+            version: version.to_owned(),
+            command: command.to_owned(),
+            ..Opening::default()
+        },
+        task: "catalog".to_owned(),
+        charts: vec![chart],
+        key: ChartPage::technologies(Rich::new())
+            .plain(". Letter: evidence of the worst number used; ")
+            .bold("D").plain(" data sheet, ").bold("S").plain(" second hand, ").bold("M")
+            .plain(" measured by somebody. Prices are project notes, none from a vendor: read them to a factor of three. Euro at 1.1 USD. Regions are ")
+            .bold("ours")
+            .plain(", from the class figures of grades.md §1.2 (El-Sheimy and Youssef 2020, table 1)."),
+        tables: vec![("Price class and its evidence".to_owned(), table)],
+    })
+}
+
+/// Evidence of a price class that nobody printed.
+const ESTIMATED: &str = "estimated from gyro bias";
 
 fn class_range(class: &str) -> (f64, f64) {
     match class {
