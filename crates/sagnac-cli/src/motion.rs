@@ -339,7 +339,7 @@ pub(crate) fn temperature_profile(text: &str) -> Result<TemperatureProfile, Erro
         .map(|k| {
             log.stamps
                 .get(k)
-                .map_or_else(|| log.time_s(k), |stamp| stamp.seconds())
+                .map_or_else(|| log.time_s(k), sagnac::log::Stamp::seconds)
         })
         .collect();
     if let Some(row) = values.iter().position(|value| !value.is_finite()) {
