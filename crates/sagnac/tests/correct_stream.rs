@@ -111,8 +111,10 @@ fn run(model: &Model, mut rows: Rows, flags: bool) -> (CorrectOutcome, Vec<Vec<f
     (outcome, columns)
 }
 
+type Columns = Vec<(&'static str, Vec<f64>)>;
+
 /// Constant angular acceleration: the parabola's slope is exact up to rounding.
-fn spin(times_s: &[f64]) -> (Vec<Truth<f64>>, Vec<(&'static str, Vec<f64>)>) {
+fn spin(times_s: &[f64]) -> (Vec<Truth<f64>>, Columns) {
     let forward = Measurement::new(&model().to_core().unwrap());
     let truth: Vec<Truth<f64>> = times_s
         .iter()
