@@ -1,6 +1,6 @@
 """Bias, coverage, efficiency and selection of the joint estimate against known truth.
 
-usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners] [--json F]
+usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners] [--json F] [--minutes M]
 PROGRAM is the built example `fit_axes`. Every mixture draws from its own declared stream default_rng([seed, number]).
 """
 import argparse
@@ -13,6 +13,8 @@ from axes import bounds, clearness, draw
 
 # Declared before the first run with them, on 25 November 2026: the seeds of FIDELITY.md's first two tables.
 DECLARED_SEEDS = (20261201, 20261202)
+# Declared before the first run with it, on 25 November 2026: the seed of the table of thousands of axes.
+LONG_SEED = 20261210
 H = 180_000, 0.02  # 1 h at 50 Hz
 SETS = {
     "basic": {
@@ -46,6 +48,8 @@ SETS = {
         "QNBK_400Hz_1h": ((1_440_000, 0.0025), {"Q": 0.005, "N": 1, "B": 0.3, "K": 0.08}),
         "NBK_25Hz_12h": ((1_080_000, 0.04), {"N": 1, "B": 0.15, "K": 0.012}),
         "NGM_100Hz_4h": ((1_440_000, 0.01), {"N": 1, "GM": [(0.3, 60)]}),
+        "NBK_400Hz_10min": ((240_000, 0.0025), {"N": 1, "B": 0.8, "K": 0.3}),
+        "NBK_400Hz_12h": ((17_280_000, 0.0025), {"N": 1, "B": 0.15, "K": 0.012}),
     },
 }
 
@@ -83,22 +87,32 @@ def pick(axis, name, count_gm):
     return found[i]["sigma" if name.startswith("sigma") else "Tc"]
 
 
-def run(program, name, number, seed, axes, terms=None, keep=None):
-    (n, dt), mix = next(s[name] for s in SETS.values() if name in s)
-    rng = np.random.default_rng([seed, number])
-    command = [program, repr(dt), str(n)] + ([terms] if terms else [])
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    results = []
-    for _ in range(axes):
-        y = draw(rng, n, dt, mix)
-        if keep is not None:
-            keep(y, dt)
-        process.stdin.write(y.astype("<f8").tobytes())
-        process.stdin.flush()
-        results.append(json.loads(process.stdout.readline()))
-    process.stdin.close()
-    process.wait()
-    return summarize(name, (n, dt), mix, results)
+class Mixture:
+    """One mixture's stream of axes and the program that estimates them; rounds go on where the last one ended."""
+
+    def __init__(self, program, name, number, seed, terms=None):
+        self.name = name
+        self.size, self.mix = next(s[name] for s in SETS.values() if name in s)
+        n, dt = self.size
+        self.rng = np.random.default_rng([seed, number])
+        command = [program, repr(dt), str(n)] + ([terms] if terms else [])
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.results = []
+
+    def round(self, axes):
+        n, dt = self.size
+        for _ in range(axes):
+            y = draw(self.rng, n, dt, self.mix)
+            self.process.stdin.write(y.astype("<f8").tobytes())
+            self.process.stdin.flush()
+            self.results.append(json.loads(self.process.stdout.readline()))
+
+    def summary(self):
+        return summarize(self.name, self.size, self.mix, self.results)
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
 
 
 def summarize(name, size, mix, results):
@@ -174,17 +188,23 @@ if __name__ == "__main__":
     parser.add_argument("--set", default="basic")
     parser.add_argument("--json", default="")
     parser.add_argument("--terms", default=None)
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="no new round of axes after so long")
     a = parser.parse_args()
     names = [n for s in SETS.values() for n in s]
     chosen = a.only.split(",") if a.only else [n for s in a.set.split(",") for n in SETS[s]]
-    everything = []
-    for name in chosen:
-        start = time.time()
-        o = run(a.program, name, names.index(name), a.seed, a.axes, a.terms)
-        o["wall_s"] = time.time() - start
-        o["seed"] = a.seed
-        show(o)
-        everything.append(o)
-    if a.json:
-        json.dump(everything, open(a.json, "w"), indent=1)
+    start = time.time()
+    mixtures = [Mixture(a.program, name, names.index(name), a.seed, a.terms) for name in chosen]
+    # Rounds of 20 axes, so that a run cut short has as many of every mixture; each stream is the same as in one go.
+    done = 0
+    while done < a.axes and time.time() - start < 60 * a.minutes:
+        size = min(20, a.axes - done)
+        for m in mixtures:
+            m.round(size)
+        done += size
+        if a.json and (done % 100 == 0 or done == a.axes):
+            with open(a.json, "w") as f:
+                json.dump([dict(m.summary(), seed=a.seed) for m in mixtures], f, indent=1)
+    for m in mixtures:
+        m.close()
+        show(m.summary())
     sys.exit(0)

@@ -290,7 +290,7 @@ fn sum_of_squares(x: &[f64]) -> f64 {
 }
 
 /// Sum of products in eight lanes, so that the compiler can keep them apart.
-fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let mut lanes = [0.0_f64; 8];
     let (mut xs, mut ys) = (x.chunks_exact(8), y.chunks_exact(8));
     for (a, b) in (&mut xs).zip(&mut ys) {

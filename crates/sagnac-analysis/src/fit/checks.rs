@@ -8,6 +8,7 @@ use super::goodness;
 use super::likelihood::{Problem, Solution};
 use super::select;
 use super::types::{AxisData, Candidates, Finding, FindingKind, Segment};
+use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
 /// The corner (in u) below which the terms explain the spectrum, where the log was filtered.
@@ -121,6 +122,7 @@ pub(super) fn find_step(
     now: &Solution,
 ) -> Option<(usize, usize)> {
     let mut best: Option<(f64, usize, usize)> = None;
+    let mut planner = RealFftPlanner::new();
     for (s, segment) in work.segments.iter().enumerate() {
         let n = segment.n;
         let edge = ((0.02 * work.samples as f64) as usize).max(10);
@@ -153,29 +155,28 @@ pub(super) fn find_step(
                 -(2.0 / n as f64).sqrt() * 0.5 / (PI * j as f64 / (2.0 * n as f64)).sin()
             })
             .collect();
-        // sin and sin² at multiples of π/places.
+        // Σ front·sin(πjp/places) and Σ energy·sin²(πjp/places) at every place by two transforms.
         let places = STEP_PLACES.min(n);
-        let table: Vec<f64> = (0..2 * places)
-            .map(|m| (PI * m as f64 / places as f64).sin())
-            .collect();
-        let front: Vec<f64> = (0..reach)
-            .map(|j| residual[j] * weight[j] / spectrum[j])
-            .collect();
-        let energy: Vec<f64> = (0..reach)
-            .map(|j| weight[j] * weight[j] / spectrum[j])
-            .collect();
-        let score = |place: usize| {
-            let (mut h, mut m) = (0.0, 0.0);
-            let mut at = 0;
+        let plan = planner.plan_fft_forward(2 * places);
+        let fold = |values: &dyn Fn(usize) -> f64| {
+            let mut input = vec![0.0; 2 * places];
             for j in 1..reach {
-                at += place;
-                if at >= 2 * places {
-                    at -= 2 * places;
-                }
-                let sine = table[at];
-                h += front[j] * sine;
-                m += energy[j] * sine * sine;
+                input[j % (2 * places)] += values(j);
             }
+            let mut output = plan.make_output_vec();
+            // The lengths are the plan's own: this cannot fail.
+            plan.process(&mut input, &mut output).ok().map(|()| output)
+        };
+        let front = fold(&|j| residual[j] * weight[j] / spectrum[j]);
+        let energy = fold(&|j| weight[j] * weight[j] / spectrum[j]);
+        let (Some(front), Some(energy)) = (front, energy) else {
+            continue;
+        };
+        let score = |place: usize| {
+            let h = -front[place].im;
+            let double = 2 * place;
+            let even = energy[double.min(2 * places - double)].re;
+            let m = 0.5 * (energy[0].re - even);
             if m > 0.0 { h * h / m } else { 0.0 }
         };
         let first = (edge * places).div_ceil(n).max(1);

@@ -5,7 +5,7 @@
 
 use super::bins::Column;
 use super::checks;
-use super::estimate::{Active, ActiveKind, Work};
+use super::estimate::{Active, ActiveKind, Work, spectrum_at};
 use super::likelihood::{FIRST_GM, Free, Problem, Solution};
 use super::regress;
 use super::select::{self, GAUSS_MARKOV_THRESHOLD, RAMP_THRESHOLD};
@@ -109,11 +109,23 @@ pub(super) fn regressors(
         if options.data_checks && steps_so_far < MOST_STEPS {
             // A step is looked for in what the fit leaves.
             if let Some((which, at)) = checks::find_step(work, segments, &active, &now) {
-                let column = regress::step(&work.segments, which, at, usize::MAX);
-                let mut with: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
-                with.push(column.clone());
-                let log = work.layout.sum(&work.segments, &with, work.cut);
-                let tried = Problem::new(&[&log], false).fit(&now.parameters, &free);
+                let with = |reach: usize| {
+                    let column = regress::step(&work.segments, which, at, reach);
+                    let mut with: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+                    with.push(column.clone());
+                    let log = work.layout.sum(&work.segments, &with, work.cut);
+                    (
+                        column,
+                        Problem::new(&[&log], false).fit(&now.parameters, &free),
+                    )
+                };
+                let (mut column, mut tried) = with(regress::SMOOTH_REACH);
+                let height = tried.beta[0].last().copied().unwrap_or(0.0);
+                let level = spectrum_at(&now.parameters, 0.25 * work.cut).sqrt();
+                let reach = regress::step_reach(work.segments[which].n, height / level);
+                if reach > 2 * regress::SMOOTH_REACH {
+                    (column, tried) = with(reach);
+                }
                 let gain = now.objective - tried.objective;
                 if gain > DATA_THRESHOLD {
                     let rival = best_offer(&whole, base, &offers, &now, &free);

@@ -20,7 +20,7 @@ use super::select;
 use super::spectra;
 use super::types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
-    GaussMarkovEstimate, NoiseTerms, Segment, Term,
+    GaussMarkovEstimate, NoiseTerms, Segment,
 };
 use realfft::RealFftPlanner;
 
@@ -360,7 +360,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     // Terms that pass but that so few coefficients or so coarse steps cannot carry: bounded only.
     let mut bounded = [false; 4];
     for k in [B, K] {
-        if !tests.passed[k] {
+        if !tests.passed[k] || tests.is_confused(k) {
             continue;
         }
         let few = coefficients_below_corner(&problem, &best.parameters, k);
@@ -400,7 +400,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         if !allowed[k] {
             continue;
         }
-        let confused = tests.confused && (k == B || k == K) || tests.flicker_confused && k == B;
+        let confused = tests.is_confused(k);
         single[k] = if tests.passed[k] && !bounded[k] && !confused && best.parameters[k] > 0.0 {
             let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
@@ -497,16 +497,6 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         work.mean + 1.96 * error,
         error,
     );
-    let mut confused = Vec::new();
-    if tests.confused {
-        confused.push((Term::Flicker, Term::RandomWalk));
-    }
-    if tests.flicker_confused {
-        confused.push((Term::Flicker, Term::GaussMarkov));
-    }
-    if tests.top_confused {
-        confused.push((Term::Quantization, Term::White));
-    }
     findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     AxisEstimate {
         samples: work.samples,
@@ -520,7 +510,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         ramp,
         gauss_markov,
         sinusoids,
-        confused,
+        confused: tests.pairs(),
         regressors,
         p_value,
         findings,

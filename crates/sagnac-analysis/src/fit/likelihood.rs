@@ -4,10 +4,12 @@
 //! times join as ln T_c. Regressors are profiled out at every S. Sources: [Whittle1953], [PattersonThompson1971] for the
 //! restricted likelihood.
 
-use super::bins::BinnedLog;
+use super::bins::{BinnedLog, dot};
 use super::linear::{bounded_least_squares, cholesky, cholesky_solve, inverse};
-use super::spectra::{GaussMarkovShape, gauss_markov_end_factor};
+use super::spectra::GaussMarkovShape;
+use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Index of Q, N, B, K among the parameters; Gauss–Markov term i has its variance at 4 + 2i, ln(T_c/dt) after it.
 pub(crate) const Q: usize = 0;
@@ -20,6 +22,8 @@ pub(crate) const PARAMETERS: usize = 8;
 /// How near (in ln T_c) to an end of the range a correlation time is that end.
 const EDGE: f64 = 0.02;
 
+/// Shapes of the Gauss–Markov terms; empty where there is none.
+type Shapes = [Arc<Vec<f64>>; 2];
 /// Variances (in units of the scale²) and ln(T_c/dt) of the terms.
 pub(crate) type Parameters = [f64; PARAMETERS];
 /// Which parameters a fit may move; the others keep their value (a variance of 0: not there).
@@ -34,16 +38,23 @@ struct Group {
     aa: Vec<f64>,
 }
 
+/// What the ends of a finite log change in a bin: (πj)², the segment's length, (−1)^j (0 between whole numbers).
+#[derive(Debug, Clone, Default)]
+struct Ends {
+    a2: Vec<f64>,
+    n: Vec<f64>,
+    sign: Vec<f64>,
+}
+
 /// Bins of one or several logs with common noise terms.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
-    pub u: Vec<f64>,
-    nodes: Vec<[f64; 3]>,
-    j: Vec<f64>,
-    n: Vec<f64>,
-    pub count: Vec<f64>,
+    pub u: Arc<Vec<f64>>,
+    nodes: Arc<[Vec<f64>; 3]>,
+    ends: Arc<Ends>,
+    pub count: Arc<Vec<f64>>,
     yy: Vec<f64>,
-    basis: [Vec<f64>; 4],
+    basis: Arc<[Vec<f64>; 4]>,
     groups: Vec<Group>,
     /// Bounds of ln(T_c/dt).
     pub log_time: (f64, f64),
@@ -74,38 +85,54 @@ struct Evaluation {
 impl Problem {
     /// A problem of the logs' bins; `restricted` as in the field.
     pub(crate) fn new(logs: &[&BinnedLog], restricted: bool) -> Self {
-        let mut out = Self {
-            u: Vec::new(),
-            nodes: Vec::new(),
-            j: Vec::new(),
-            n: Vec::new(),
-            count: Vec::new(),
-            yy: Vec::new(),
-            basis: Default::default(),
-            groups: Vec::new(),
-            log_time: (10f64.ln(), 10f64.ln()),
-            restricted,
-        };
-        let mut longest = 0.0_f64;
+        let mut u = Vec::new();
+        let mut nodes: [Vec<f64>; 3] = Default::default();
+        let mut ends = Ends::default();
+        let mut count = Vec::new();
+        let mut yy = Vec::new();
+        let mut basis: [Vec<f64>; 4] = Default::default();
+        let mut groups = Vec::with_capacity(logs.len());
         for log in logs {
-            let start = out.u.len();
-            out.u.extend_from_slice(&log.u);
-            out.nodes.extend_from_slice(&log.nodes);
-            out.j.extend_from_slice(&log.j);
-            out.n.extend_from_slice(&log.n);
-            out.count.extend_from_slice(&log.count);
-            out.yy.extend_from_slice(&log.yy);
-            for k in 0..4 {
-                out.basis[k].extend_from_slice(&log.basis[k]);
+            let start = u.len();
+            u.extend_from_slice(&log.u);
+            for (k, all) in nodes.iter_mut().enumerate() {
+                all.extend(log.nodes.iter().map(|n| n[k]));
             }
-            longest = log.n.iter().copied().fold(longest, f64::max);
-            out.groups.push(Group {
-                bins: start..out.u.len(),
+            ends.a2.extend(log.j.iter().map(|j| (PI * j).powi(2)));
+            ends.n.extend_from_slice(&log.n);
+            ends.sign.extend(log.j.iter().map(|j| {
+                if j.fract() != 0.0 {
+                    0.0
+                } else if j % 2.0 == 0.0 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }));
+            count.extend_from_slice(&log.count);
+            yy.extend_from_slice(&log.yy);
+            for (all, own) in basis.iter_mut().zip(&log.basis) {
+                all.extend_from_slice(own);
+            }
+            groups.push(Group {
+                bins: start..u.len(),
                 columns: log.columns,
                 ya: log.ya.clone(),
                 aa: log.aa.clone(),
             });
         }
+        let longest = ends.n.iter().copied().fold(0.0, f64::max);
+        let mut out = Self {
+            u: Arc::new(u),
+            nodes: Arc::new(nodes),
+            ends: Arc::new(ends),
+            count: Arc::new(count),
+            yy,
+            basis: Arc::new(basis),
+            groups,
+            log_time: (10f64.ln(), 10f64.ln()),
+            restricted,
+        };
         // Below a filter's corner the samples are those of a slower log: ten of its steps.
         let top = out.u.iter().copied().fold(0.0, f64::max);
         if top > 0.0 && top < 0.45 {
@@ -185,7 +212,7 @@ impl Problem {
     pub(crate) fn raw_power(&self) -> Vec<f64> {
         self.yy
             .iter()
-            .zip(&self.count)
+            .zip(self.count.iter())
             .map(|(y, n)| y / n)
             .collect()
     }
@@ -194,22 +221,27 @@ impl Problem {
     pub(crate) fn gauss_markov_basis(&self, log_time: f64) -> Vec<f64> {
         let h = (-log_time).exp();
         let shape = GaussMarkovShape::new(h);
-        (0..self.u.len())
+        let bins = self.u.len();
+        let [low, middle, high] = &*self.nodes;
+        let (low, middle, high) = (&low[..bins], &middle[..bins], &high[..bins]);
+        let mut out: Vec<f64> = (0..bins)
             .map(|b| {
-                let [low, middle, high] = self.nodes[b];
-                let mean = if low == high {
-                    shape.at(middle)
-                } else {
-                    (5.0 * shape.at(low) + 8.0 * shape.at(middle) + 5.0 * shape.at(high)) / 18.0
-                };
-                let kappa = self.n[b] * h;
-                if kappa < 2e4 && self.j[b] < 100.0 * kappa + 100.0 {
-                    mean * gauss_markov_end_factor(self.j[b], kappa)
-                } else {
-                    mean
-                }
+                (5.0 * shape.at(low[b]) + 8.0 * shape.at(middle[b]) + 5.0 * shape.at(high[b]))
+                    / 18.0
             })
-            .collect()
+            .collect();
+        // Expected over spectrum at the lowest coefficients: 1 − 2κ(1 − q)/(κ² + π²j²), κ = T/T_c, q = e^{−κ}(−1)^j.
+        let ends = &*self.ends;
+        let (mut kappa, mut decay) = (0.0, 1.0);
+        for (b, phi) in out.iter_mut().enumerate() {
+            let own = ends.n[b] * h;
+            if own != kappa {
+                kappa = own;
+                decay = if kappa < 40.0 { (-kappa).exp() } else { 0.0 };
+            }
+            *phi *= 1.0 - 2.0 * kappa * (1.0 - decay * ends.sign[b]) / (kappa * kappa + ends.a2[b]);
+        }
+        out
     }
 
     /// Shape of the single term `index` (Q, N, B, K).
@@ -223,17 +255,11 @@ impl Problem {
         self.spectrum_of(parameters, &shapes)
     }
 
-    fn shapes(&self, parameters: &Parameters) -> [Vec<f64>; 2] {
-        [0, 1].map(|i| {
-            if parameters[FIRST_GM + 2 * i] > 0.0 {
-                self.gauss_markov_basis(parameters[FIRST_GM + 2 * i + 1])
-            } else {
-                Vec::new()
-            }
-        })
+    fn shapes(&self, parameters: &Parameters) -> Shapes {
+        self.all_shapes(parameters, &[false; PARAMETERS], None)
     }
 
-    fn spectrum_of(&self, parameters: &Parameters, shapes: &[Vec<f64>; 2]) -> Vec<f64> {
+    fn spectrum_of(&self, parameters: &Parameters, shapes: &Shapes) -> Vec<f64> {
         let mut s = vec![1e-300; self.u.len()];
         for k in 0..4 {
             if parameters[k] > 0.0 {
@@ -245,7 +271,7 @@ impl Problem {
         for (i, shape) in shapes.iter().enumerate() {
             let v = parameters[FIRST_GM + 2 * i];
             if v > 0.0 {
-                for (s, phi) in s.iter_mut().zip(shape) {
+                for (s, phi) in s.iter_mut().zip(shape.iter()) {
                     *s += v * phi;
                 }
             }
@@ -397,7 +423,7 @@ impl Problem {
         {
             parameters = self.start(free);
         }
-        let mut shapes = self.all_shapes(&parameters, free);
+        let mut shapes = self.all_shapes(&parameters, free, None);
         let mut s = self.spectrum_of(&parameters, &shapes);
         let mut now = self.evaluate(&s);
         for _ in 0..steps {
@@ -422,15 +448,7 @@ impl Problem {
                         next[i] = next[i].max(0.0);
                     }
                 }
-                let moved = (0..2).any(|g| {
-                    let t = FIRST_GM + 2 * g + 1;
-                    next[t] != parameters[t]
-                });
-                let next_shapes = if moved {
-                    self.all_shapes(&next, free)
-                } else {
-                    shapes.clone()
-                };
+                let next_shapes = self.all_shapes(&next, free, Some((&parameters, &shapes)));
                 let next_s = self.spectrum_of(&next, &next_shapes);
                 let tried = self.evaluate(&next_s);
                 if tried.objective < now.objective
@@ -466,14 +484,25 @@ impl Problem {
         }
     }
 
-    /// Shapes of every Gauss–Markov term that is there or may come.
-    fn all_shapes(&self, parameters: &Parameters, free: &Free) -> [Vec<f64>; 2] {
+    /// Shapes of every Gauss–Markov term that is there or may come; those of `known` are taken over where T_c stands.
+    fn all_shapes(
+        &self,
+        parameters: &Parameters,
+        free: &Free,
+        known: Option<(&Parameters, &Shapes)>,
+    ) -> Shapes {
         [0, 1].map(|i| {
             let at = FIRST_GM + 2 * i;
-            if parameters[at] > 0.0 || free[at] {
-                self.gauss_markov_basis(parameters[at + 1])
-            } else {
-                Vec::new()
+            if parameters[at] <= 0.0 && !free[at] {
+                return Arc::default();
+            }
+            match known {
+                Some((old, shapes))
+                    if old[at + 1] == parameters[at + 1] && !shapes[i].is_empty() =>
+                {
+                    Arc::clone(&shapes[i])
+                }
+                _ => Arc::new(self.gauss_markov_basis(parameters[at + 1])),
             }
         })
     }
@@ -483,7 +512,7 @@ impl Problem {
         &self,
         parameters: &Parameters,
         free: &Free,
-        shapes: &[Vec<f64>; 2],
+        shapes: &Shapes,
         s: &[f64],
         power: &[f64],
     ) -> (Vec<usize>, Vec<f64>) {
@@ -522,21 +551,20 @@ impl Problem {
         let k = indices.len();
         let mut h = vec![0.0; k * k];
         let mut c = vec![0.0; k];
-        for b in 0..s.len() {
-            let w = self.count[b] / (s[b] * s[b]);
-            let target = w * (power[b] - held[b]);
-            for p in 0..k {
-                let wp = columns[p][b];
-                c[p] += target * wp;
-                let wp = w * wp;
-                for q in 0..=p {
-                    h[p * k + q] += wp * columns[q][b];
-                }
-            }
+        let weight: Vec<f64> = self.count.iter().zip(s).map(|(n, s)| n / (s * s)).collect();
+        for (h, p) in held.iter_mut().zip(power) {
+            *h = p - *h;
         }
+        let mut weighted = vec![0.0; s.len()];
         for p in 0..k {
-            for q in 0..p {
-                h[q * k + p] = h[p * k + q];
+            for ((out, w), phi) in weighted.iter_mut().zip(&weight).zip(columns[p]) {
+                *out = w * phi;
+            }
+            c[p] = dot(&weighted, &held);
+            for q in 0..=p {
+                let value = dot(&weighted, columns[q]);
+                h[p * k + q] = value;
+                h[q * k + p] = value;
             }
         }
         let bounded: Vec<bool> = indices.iter().map(|&i| !is_time(i)).collect();
@@ -560,7 +588,7 @@ impl Problem {
         for &i in indices {
             wanted[i] = true;
         }
-        let shapes = self.all_shapes(parameters, &wanted);
+        let shapes = self.all_shapes(parameters, &wanted, None);
         let s = self.spectrum_of(parameters, &shapes);
         let columns: Vec<Vec<f64>> = indices
             .iter()
@@ -571,7 +599,7 @@ impl Problem {
                     let g = (i - FIRST_GM) / 2;
                     self.time_derivative(parameters, g, &shapes[g])
                 } else {
-                    shapes[(i - FIRST_GM) / 2].clone()
+                    shapes[(i - FIRST_GM) / 2].to_vec()
                 }
             })
             .collect();

@@ -91,7 +91,7 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         if !allowed[k] {
             continue;
         }
-        let confused = tests.confused && (k == B || k == K) || tests.flicker_confused && k == B;
+        let confused = tests.is_confused(k);
         single[k] = if tests.passed[k] && !confused && best.parameters[k] > 0.0 {
             interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
@@ -145,13 +145,6 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         })
         .collect();
     let (bias_stability, bias_temperature) = bias_stability(&means, temperatures.as_deref());
-    let mut confused = Vec::new();
-    if tests.confused {
-        confused.push((Term::Flicker, Term::RandomWalk));
-    }
-    if tests.flicker_confused {
-        confused.push((Term::Flicker, Term::GaussMarkov));
-    }
     Some(PooledEstimate {
         quantization: single[Q],
         white: single[N],
@@ -160,7 +153,7 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         gauss_markov,
         bias_stability,
         bias_temperature,
-        confused,
+        confused: tests.pairs(),
         outliers,
         covariance: named_covariance(covariance.as_ref(), &best.parameters, &units),
         fitted,

@@ -10,7 +10,7 @@ use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
 /// Coefficients beyond this number carry nothing measurable of a smooth column.
-const SMOOTH_REACH: usize = 4096;
+pub(super) const SMOOTH_REACH: usize = 4096;
 
 /// The line in time, slope 1 per sample.
 pub(crate) fn line(segments: &[SegmentSpectrum]) -> Column {
@@ -48,10 +48,33 @@ pub(crate) fn line_information(log: &super::bins::BinnedLog, n: usize, spectrum:
     sum
 }
 
+/// (sin, cos) of j·angle for j = 0, 1, …, by turning; `exact` gives every 64th anew.
+fn turns(
+    count: usize,
+    angle: f64,
+    exact: impl Fn(usize) -> f64,
+) -> impl Iterator<Item = (f64, f64)> {
+    const BLOCK: usize = 64;
+    let (sin_step, cos_step) = angle.sin_cos();
+    let (mut sin, mut cos) = (0.0, 1.0);
+    (0..count).map(move |j| {
+        if j % BLOCK == 0 {
+            (sin, cos) = exact(j).sin_cos();
+        } else {
+            (sin, cos) = (
+                sin * cos_step + cos * sin_step,
+                cos * cos_step - sin * sin_step,
+            );
+        }
+        (sin, cos)
+    })
+}
+
 /// exp(−t/τ) from the log's start, averaged over each sample; τ in samples.
 pub(crate) fn exponential(segments: &[SegmentSpectrum], step_s: f64, tau: f64) -> Column {
     let r = (-1.0 / tau).exp();
-    let mean = tau * -(-1.0 / tau).exp_m1();
+    let one_less = -(-1.0 / tau).exp_m1();
+    let mean = tau * one_less;
     segments
         .iter()
         .map(|segment| {
@@ -59,16 +82,19 @@ pub(crate) fn exponential(segments: &[SegmentSpectrum], step_s: f64, tau: f64) -
             let amplitude = mean * (-segment.start_s / step_s / tau).exp() * (2.0 / n).sqrt();
             let tail = (-n / tau).exp();
             let reach = SMOOTH_REACH + (40.0 * n / tau) as usize;
-            (0..segment.n.min(reach))
-                .map(|j| {
+            let half = PI / (2.0 * n);
+            turns(segment.n.min(reach), half, |j| half * j as f64)
+                .enumerate()
+                .map(|(j, (sin_half, cos_half))| {
                     if j == 0 {
                         return 0.0;
                     }
-                    let theta = PI * j as f64 / n;
                     let end = if j % 2 == 0 { 1.0 - tail } else { 1.0 + tail };
-                    let (sin, cos) = theta.sin_cos();
-                    let (sin_half, cos_half) = (0.5 * theta).sin_cos();
-                    let (re, im) = (1.0 - r * cos, -r * sin);
+                    // 1 − r e^{iθ}, θ twice the half angle
+                    let (re, im) = (
+                        one_less + 2.0 * r * sin_half * sin_half,
+                        -2.0 * r * sin_half * cos_half,
+                    );
                     // Re[e^{iθ/2}/(re + i·im)]
                     amplitude * end * (cos_half * re + sin_half * im) / (re * re + im * im)
                 })
@@ -88,17 +114,31 @@ pub(crate) fn step(segments: &[SegmentSpectrum], which: usize, at: usize, reach:
             }
             let n = segment.n as f64;
             let scale = -(2.0 / n).sqrt() * 0.5;
-            (0..segment.n.min(reach))
-                .map(|j| {
+            let count = segment.n.min(reach);
+            let half = PI / (2.0 * n);
+            let place = turns(count, PI * at as f64 / n, |j| {
+                let turn = (j as u128 * at as u128) % (2 * segment.n as u128);
+                PI * turn as f64 / n
+            });
+            place
+                .zip(turns(count, half, |j| half * j as f64))
+                .enumerate()
+                .map(|(j, (place, half))| {
                     if j == 0 {
-                        return 0.0;
+                        0.0
+                    } else {
+                        scale * place.0 / half.0
                     }
-                    let turn = (j as u128 * at as u128) % (2 * segment.n as u128);
-                    scale * (PI * turn as f64 / n).sin() / (PI * j as f64 / (2.0 * n)).sin()
                 })
                 .collect()
         })
         .collect()
+}
+
+/// Coefficients of a step of this height (over the root of the spectrum near the top) that stand out of the noise at all.
+pub(crate) fn step_reach(n: usize, height: f64) -> usize {
+    // a_j² ≈ 2n/(πj)² of a unit step falls to a thousandth of the noise.
+    ((2000.0 * n as f64).sqrt() * height.abs() / PI).min(1e12) as usize + SMOOTH_REACH
 }
 
 /// (T − T0)^power as blocks of the temperature channel; sensor noise above their rate stays out.

@@ -9,7 +9,7 @@ use super::likelihood::{B, FIRST_GM, Free, K, N, PARAMETERS, Parameters, Problem
 use super::lines::Line;
 use super::profile::{self, INTERVAL, LIMIT, Side};
 use super::regress;
-use super::select::Tests;
+use super::select::{self, Tests};
 use super::types::{
     Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind,
     SinusoidEstimate, SpectrumBin,
@@ -153,21 +153,23 @@ pub(super) fn weak_interval(
     }
 }
 
-/// Profile limit of a variance with every candidate free.
+/// Profile limit of a variance with every candidate free; of a term with a rival the larger of those with and without it.
 pub(super) fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
     let level = if index == B || index == K {
         INTERVAL
     } else {
         LIMIT
     };
-    profile::bound(
-        problem,
-        &tests.full,
-        &tests.full_free,
-        index,
-        Side::Upper,
-        level,
-    )
+    let of = |solution: &Solution, free: &Free| {
+        profile::bound(problem, solution, free, index, Side::Upper, level)
+    };
+    let both = of(&tests.full, &tests.full_free);
+    if !tests.rivaled[index] {
+        return both;
+    }
+    let alone = tests.without_rival(&tests.full_free);
+    let fit = select::final_fit(problem, &tests.full, &alone);
+    both.max(of(&fit, &alone))
 }
 
 pub(super) fn gauss_markov_estimates(
@@ -185,14 +187,7 @@ pub(super) fn gauss_markov_estimates(
         if best.parameters[at] <= 0.0 || problem.time_at_edge(best.parameters[at + 1]) {
             continue;
         }
-        if tests.flicker_confused && g + 1 == tests.gauss_markov {
-            if tests.gauss_markov == 1 {
-                let upper = profile::bound(problem, best, free, at, Side::Upper, LIMIT);
-                out.push(GaussMarkovEstimate {
-                    sigma: Estimate::limit(units.root(at, upper)),
-                    correlation_time_s: Estimate::ABSENT,
-                });
-            }
+        if tests.last_is_rival() && g + 1 == tests.gauss_markov {
             continue;
         }
         let sigma = interval(problem, best, free, at, covariance, |v| units.root(at, v));
@@ -217,16 +212,26 @@ pub(super) fn gauss_markov_estimates(
         });
     }
     if out.is_empty() {
-        // The largest limit over the correlation times searched.
+        // The largest limit over the correlation times searched; a process that rivals a term may have all its power.
         let at = FIRST_GM;
         let (low, high) = problem.log_time;
         let mut held = tests.full_free;
+        if tests.last_is_rival() {
+            for k in 0..4 {
+                held[k] &= !tests.rivaled[k];
+            }
+        }
         held[at] = true;
         held[at + 1] = false;
         let mut worst = 0.0_f64;
         let points = 6;
         for i in 0..=points {
             let mut start = tests.full.parameters;
+            for k in 0..4 {
+                if !held[k] {
+                    start[k] = 0.0;
+                }
+            }
             start[at] = 0.0;
             start[at + 1] = low + (high - low) * f64::from(i) / f64::from(points);
             let fit = problem.fit_limited(&start, &held, 8);

@@ -112,27 +112,6 @@ fn sine_integral_at_pi_multiple(j: f64) -> f64 {
     PI / 2.0 - sign * f
 }
 
-/// Expected Gauss–Markov coefficient j of the DCT-II over its spectrum, κ = T/T_c.
-///
-/// κ(1 + a²/κ²)[Re(I1 − I2) − Im(I1)/a], a = πj, p = κ − ia, q = e^{−κ}(−1)^j, I1 = (1 − q)/p, I2 = I1/p − q/p.
-pub(crate) fn gauss_markov_end_factor(j: f64, kappa: f64) -> f64 {
-    let a = PI * j;
-    let decay = (-kappa).exp();
-    let q = if j.fract() != 0.0 {
-        0.0
-    } else if (j as i64) % 2 == 0 {
-        decay
-    } else {
-        -decay
-    };
-    let norm = kappa * kappa + a * a;
-    // 1/p = (κ + ia)/norm
-    let (re, im) = (kappa / norm, a / norm);
-    let (i1_re, i1_im) = ((1.0 - q) * re, (1.0 - q) * im);
-    let i2_re = i1_re * re - i1_im * im - q * re;
-    norm / kappa * (i1_re - i2_re - i1_im / a)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
@@ -193,7 +172,5 @@ mod tests {
             assert!((flicker_end_factor(j) - want).abs() < 6e-4);
         }
         assert_rel(flicker_end_factor(400.0), flicker_end_factor(401.0), 1e-5);
-        assert!((gauss_markov_end_factor(1.0, 5.0) - 0.7115).abs() < 0.001);
-        assert_rel(gauss_markov_end_factor(500.0, 5.0), 1.0, 1e-3);
     }
 }
