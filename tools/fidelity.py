@@ -115,13 +115,17 @@ class Mixture:
         self.process.wait()
 
 
+_known = {}
+
+
 def summarize(name, size, mix, results):
     n, dt = size
     total = len(results)
     stochastic = {k: v for k, v in mix.items() if k in "QNBK" or k == "GM"}
     stochastic["GM"] = sorted(mix.get("GM", []), key=lambda g: g[1])
-    bound = bounds(stochastic, n, dt)
-    clear = clearness(stochastic, n, dt)
+    if name not in _known:
+        _known[name] = bounds(stochastic, n, dt), clearness(stochastic, n, dt)
+    bound, clear = _known[name]
     out = {"mixture": name, "truth": {k: v for k, v in mix.items()}, "samples": n, "dt": dt, "axes": total, "rows": [], "absent": {}}
     count_gm = len(mix.get("GM", []))
     for term, value in truth_rows(mix):
