@@ -42,6 +42,20 @@ pub(crate) struct LogOptions {
 }
 
 impl LogOptions {
+    /// Whether any was given.
+    pub(crate) fn is_any(&self) -> bool {
+        [
+            &self.columns,
+            &self.rate,
+            &self.topic,
+            &self.start,
+            &self.end,
+            &self.axes,
+        ]
+        .iter()
+        .any(|option| option.is_some())
+    }
+
     /// The options as the library takes them.
     pub(crate) fn read_options(&self) -> Result<ReadOptions, Error> {
         let rate_hz = self
@@ -73,6 +87,43 @@ impl LogOptions {
             ..self.read_options()?
         };
         open_with(path, &options)
+    }
+}
+
+/// A reader that shows how far it is.
+pub(crate) struct Metered {
+    reader: Box<dyn LogReader>,
+    meter: Meter,
+    progress: crate::progress::Progress,
+}
+
+/// Opens a log with a progress bar over its bytes.
+pub(crate) fn metered(
+    path: &Path,
+    options: &LogOptions,
+    context: &crate::context::Context,
+) -> Result<Metered, Error> {
+    let name = if path == Path::new("-") {
+        "standard input".to_owned()
+    } else {
+        path.display().to_string()
+    };
+    let (reader, meter) = options.open(path)?;
+    Ok(Metered {
+        progress: context.progress(&format!("reading  {name}"), meter.size),
+        meter,
+        reader,
+    })
+}
+
+impl LogReader for Metered {
+    fn layout(&self) -> &sagnac::log::Layout {
+        self.reader.layout()
+    }
+
+    fn read_block(&mut self, block: &mut sagnac::log::Block) -> Result<bool, sagnac::log::Error> {
+        self.progress.set(self.meter.bytes());
+        self.reader.read_block(block)
     }
 }
 

@@ -1,17 +1,22 @@
 //! `calibrate`: deterministic errors from tables of stations, as text, JSON, model file and certificate.
 
 mod certificate;
+mod from_log;
 mod json;
 mod model_file;
+mod plan;
 mod table;
 mod text;
 mod units;
 
 pub use certificate::PageFacts;
+pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 
 use sagnac_calibrate::stations::{self, Asked, Options, Outcome, Station, reference};
 
+use self::table::Sort;
 use crate::Error;
+use crate::table::Table;
 
 /// What `calibrate stations` is asked.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,6 +53,9 @@ pub struct StationsRequest {
     pub certificate: String,
 }
 
+/// What a schedule found in a log: `station`, start and end \[s\].
+pub type FoundSpan = (String, f64, f64);
+
 /// What a table of stations gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StationsOutcome {
@@ -59,6 +67,8 @@ pub struct StationsOutcome {
     pub request: StationsRequest,
     /// Options of the regression.
     pub options: Options,
+    /// Where the stations lie in the log, for those made from one.
+    pub spans: Vec<FoundSpan>,
     /// What must be said about the references.
     pub notes: Vec<String>,
 }
@@ -68,6 +78,46 @@ pub struct StationsOutcome {
 /// # Errors
 /// A table that cannot be read or that contradicts itself, with line and advice.
 pub fn stations(request: &StationsRequest) -> Result<StationsOutcome, Error> {
+    let options = options(request)?;
+    let table = Table::parse(&request.table, &request.label)?;
+    let read = table::read(&table, Sort::Outputs, request, options.gravity_m_s2)?;
+    let found = regress(&read.stations, &options, &request.label)?;
+    Ok(StationsOutcome {
+        found,
+        stations: read.stations,
+        request: request.clone(),
+        options,
+        spans: Vec::new(),
+        notes: read.notes,
+    })
+}
+
+/// As [`stations`], with the outputs from a raw log: the request's table is a schedule of time spans with their
+/// references, or of references alone, whose dwells are then found.
+///
+/// # Errors
+/// As [`stations`]; spans without samples; another number of dwells than the schedule has rows.
+pub fn stations_from_log(
+    request: &StationsRequest,
+    reader: &mut dyn sagnac_log::LogReader,
+) -> Result<StationsOutcome, Error> {
+    let options = options(request)?;
+    let table = Table::parse(&request.table, &request.label)?;
+    let mut read = table::read(&table, Sort::Schedule, request, options.gravity_m_s2)?;
+    let spans = from_log::fill(&mut read, request, reader)?;
+    from_log::force_in_turns(&mut read, &options, &request.label)?;
+    let found = regress(&read.stations, &options, &request.label)?;
+    Ok(StationsOutcome {
+        found,
+        stations: read.stations,
+        request: request.clone(),
+        options,
+        spans,
+        notes: read.notes,
+    })
+}
+
+fn options(request: &StationsRequest) -> Result<Options, Error> {
     let asked = request
         .terms
         .as_deref()
@@ -79,51 +129,47 @@ pub fn stations(request: &StationsRequest) -> Result<StationsOutcome, Error> {
             error
         })?
         .unwrap_or_default();
-    let options = Options {
+    Ok(Options {
         asked,
         temperature_order: request.temperature_order.unwrap_or(1),
         scale_temperature_order: request.scale_temperature_order.unwrap_or(1),
         reference_temperature_c: request.reference_temperature_c.unwrap_or(25.0),
-        gravity_m_s2: gravity(request)?,
-    };
-    let read = table::read(request, options.gravity_m_s2)?;
-    let found = stations::calibrate(&read.stations, &options).map_err(|error| {
+        gravity_m_s2: gravity(request.gravity_m_s2, request.latitude_rad, request.height_m)?,
+    })
+}
+
+fn regress(rows: &[Station], options: &Options, label: &str) -> Result<Outcome, Error> {
+    stations::calibrate(rows, options).map_err(|error| {
         let error = Error::from(error);
         // A station's place begins with the name of its table already.
         if error.place.is_some() {
             error
         } else {
-            error.at(request.label.clone())
+            error.at(label.to_owned())
         }
-    })?;
-    Ok(StationsOutcome {
-        found,
-        stations: read.stations,
-        request: request.clone(),
-        options,
-        notes: read.notes,
     })
 }
 
 /// Gravity of the request: given, from latitude and height, or standard.
-fn gravity(request: &StationsRequest) -> Result<f64, Error> {
-    if let Some(latitude) = request.latitude_rad
+fn gravity(
+    given_m_s2: Option<f64>,
+    latitude_rad: Option<f64>,
+    height_m: Option<f64>,
+) -> Result<f64, Error> {
+    if let Some(latitude) = latitude_rad
         && latitude.abs() > std::f64::consts::FRAC_PI_2 + 1e-12
     {
         return Err(Error::data("the latitude lies beyond 90 deg")
             .at("--latitude")
             .advise("write for instance --latitude 46.5deg"));
     }
-    match (request.gravity_m_s2, request.latitude_rad) {
+    match (given_m_s2, latitude_rad) {
         (Some(g), _) if g > 0.0 => Ok(g),
         (Some(_), _) => Err(Error::usage("gravity must be positive")
             .at("--gravity")
             .advise("write for instance --gravity '9.81 m/s^2'")),
-        (None, Some(latitude)) => Ok(reference::gravity_m_s2(
-            latitude,
-            request.height_m.unwrap_or(0.0),
-        )),
-        (None, None) if request.height_m.is_some() => {
+        (None, Some(latitude)) => Ok(reference::gravity_m_s2(latitude, height_m.unwrap_or(0.0))),
+        (None, None) if height_m.is_some() => {
             Err(Error::usage("a height without a latitude gives no gravity")
                 .at("--height")
                 .advise("add --latitude, for instance --latitude 46.5deg"))

@@ -49,7 +49,7 @@ pub(super) fn directions() -> Vec<([f64; 3], String)> {
 }
 
 /// Every station that may be proposed.
-pub(super) fn bundles(
+pub(crate) fn bundles(
     options: &Options,
     fastest_rad_s: f64,
     temperature_c: Option<f64>,
@@ -130,7 +130,7 @@ pub(super) fn bundles(
 }
 
 /// Prior information and rows of an axis, in columns scaled by plausible sizes.
-struct Belief<'a> {
+pub(crate) struct Belief<'a> {
     axis: &'a Decided,
     scales: Vec<f64>,
     covariance: DMatrix<f64>,
@@ -156,7 +156,7 @@ fn usual_error(stations: &[Station], axis: &Decided) -> f64 {
 }
 
 impl<'a> Belief<'a> {
-    fn new(axis: &'a Decided, stations: &[Station]) -> Self {
+    pub(crate) fn new(axis: &'a Decided, stations: &[Station]) -> Self {
         let sigma = usual_error(stations, axis);
         let p = axis.problem.terms.len();
         let reach = axis.reach.max(match axis.problem.sensor {
@@ -202,6 +202,52 @@ impl<'a> Belief<'a> {
                 .zip(&self.scales)
                 .map(|(t, s)| t.column(problem.k, &at) * s / self.sigma),
         )
+    }
+
+    /// Standard deviation of a term, with what was plausible before.
+    pub(crate) fn sigma(&self, term: usize) -> f64 {
+        self.covariance[(term, term)].max(0.0).sqrt() * self.scales[term]
+    }
+
+    /// By how much stations lower Σ (σ/wanted)² over terms.
+    pub(crate) fn fall(&self, bundle: &Bundle, wanted: &[(usize, f64)], options: &Options) -> f64 {
+        self.lowered(bundle, options).map_or(0.0, |lowered| {
+            wanted
+                .iter()
+                .map(|(t, sigma)| lowered[*t] * (self.scales[*t] / sigma).powi(2))
+                .sum()
+        })
+    }
+
+    /// By how much stations lower the variance of each term, in columns scaled by plausible sizes.
+    fn lowered(&self, bundle: &Bundle, options: &Options) -> Option<Vec<f64>> {
+        let rows: Vec<DVector<f64>> = bundle
+            .stations
+            .iter()
+            .map(|s| self.row(s, options.reference_temperature_c))
+            .collect();
+        let x = DMatrix::from_columns(&rows);
+        let gain = &self.covariance * &x;
+        let inverse =
+            (x.transpose() * &gain + DMatrix::identity(rows.len(), rows.len())).try_inverse()?;
+        let lowered = &gain * inverse;
+        Some(
+            (0..self.scales.len())
+                .map(|t| {
+                    (0..rows.len())
+                        .map(|j| lowered[(t, j)] * gain[(t, j)])
+                        .sum()
+                })
+                .collect(),
+        )
+    }
+
+    /// Takes stations as measured.
+    pub(crate) fn take(&mut self, bundle: &Bundle, options: &Options) {
+        for station in &bundle.stations {
+            let row = self.row(station, options.reference_temperature_c);
+            self.update(&row);
+        }
     }
 
     fn update(&mut self, row: &DVector<f64>) {
@@ -280,10 +326,7 @@ fn one(
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, bundle)| bundle)?;
         for belief in beliefs.iter_mut().flatten() {
-            for station in &best.stations {
-                let row = belief.row(station, options.reference_temperature_c);
-                belief.update(&row);
-            }
+            belief.take(best, options);
         }
         chosen.push(best.clone());
         let resolved = resolved(stations, options, decided, &chosen, open);
@@ -307,25 +350,12 @@ fn score(
     let mut sum = 0.0;
     for (d, belief) in beliefs.iter().enumerate() {
         let Some(belief) = belief else { continue };
-        let rows: Vec<DVector<f64>> = bundle
-            .stations
-            .iter()
-            .map(|s| belief.row(s, options.reference_temperature_c))
-            .collect();
-        let x = DMatrix::from_columns(&rows);
-        let gain = &belief.covariance * &x;
-        let Some(inverse) =
-            (x.transpose() * &gain + DMatrix::identity(rows.len(), rows.len())).try_inverse()
-        else {
+        let Some(lowered) = belief.lowered(bundle, options) else {
             continue;
         };
-        let lowered = &gain * inverse;
         for (_, t) in open.iter().filter(|(o, _)| *o == d) {
             let before = belief.covariance[(*t, *t)];
-            let fall: f64 = (0..rows.len())
-                .map(|j| lowered[(*t, j)] * gain[(*t, j)])
-                .sum();
-            sum += (before / (before - fall).max(1e-300)).ln();
+            sum += (before / (before - lowered[*t]).max(1e-300)).ln();
         }
     }
     sum / bundle.stations.len().max(1) as f64

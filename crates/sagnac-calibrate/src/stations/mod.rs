@@ -23,13 +23,17 @@ mod add;
 mod check;
 mod determine;
 mod fit;
+mod magnitude;
 mod outcome;
 pub mod reference;
+mod tell;
 pub mod terms;
 
 pub use add::{Addition, Bundle};
+pub(crate) use add::{Belief, bundles};
 pub use determine::Status;
-pub use outcome::{Available, AxisFit, Held, Outcome, Parameter, ResidualRow, calibrate, predict};
+pub use outcome::{Available, AxisFit, Held, Outcome, Parameter, ResidualRow, calibrate};
+pub(crate) use outcome::{Decided, decide_all, sigmas};
 pub use terms::{Group, Term};
 
 use sagnac_core::Sensor;

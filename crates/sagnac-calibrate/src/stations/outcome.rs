@@ -2,13 +2,15 @@
 
 use nalgebra::DMatrix;
 use sagnac_core::Sensor;
-use statrs::distribution::{ChiSquared, ContinuousCDF as _, FisherSnedecor, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF as _, StudentsT};
 
 use super::add::{self, Addition};
 use super::check;
 use super::determine::{Candidate, Status, admit, triangle};
 use super::fit::{Problem, Solution, State, dot, solve};
-use super::terms::{AXES, Group, Term, omega_row};
+use super::magnitude::magnitudes;
+use super::tell::tell;
+use super::terms::{AXES, Group, Term};
 use super::{Error, Options, Station};
 
 /// An estimated parameter.
@@ -129,7 +131,7 @@ impl Outcome {
 }
 
 /// An axis with its decision.
-pub(super) struct Decided {
+pub(crate) struct Decided {
     pub(super) problem: Problem,
     /// Weighted columns of all terms at r = 0, triangular, right-hand side last.
     pub(super) factor: DMatrix<f64>,
@@ -150,6 +152,11 @@ impl Decided {
 
     pub(super) fn plausible(&self, term: usize) -> f64 {
         self.problem.terms[term].plausible(self.problem.sensor, self.reach, self.warmth_k)
+    }
+
+    /// The term of a parameter path, where it is of this axis.
+    pub(crate) fn term_of(&self, name: &str) -> Option<usize> {
+        (0..self.status.len()).find(|t| self.name(*t) == name)
     }
 
     pub(super) fn name(&self, term: usize) -> String {
@@ -207,11 +214,8 @@ const NO_OFFSETS: [[f64; 3]; 3] = [[0.0; 3]; 3];
 /// See [`Error`].
 pub fn calibrate(stations: &[Station], options: &Options) -> Result<Outcome, Error> {
     check::check(stations, options)?;
-    let (labels, runs) = runs_of(stations);
-    let mut decided = Vec::new();
-    for sensor in [Sensor::Accel, Sensor::Gyro] {
-        decided.extend(decide(stations, options, sensor, &runs, labels));
-    }
+    let (labels, _) = runs_of(stations);
+    let decided = decide_all(stations, options);
     if decided.iter().all(|d| d.estimated().is_empty()) {
         return Err(Error::NothingDetermined);
     }
@@ -256,6 +260,36 @@ pub fn calibrate(stations: &[Station], options: &Options) -> Result<Outcome, Err
     outcome.additions = additions;
     outcome.hopeless = hopeless;
     Ok(outcome)
+}
+
+/// What the table determines of every axis that it has.
+pub(crate) fn decide_all(stations: &[Station], options: &Options) -> Vec<Decided> {
+    let (labels, runs) = runs_of(stations);
+    let mut out = Vec::new();
+    for sensor in [Sensor::Accel, Sensor::Gyro] {
+        out.extend(decide(stations, options, sensor, &runs, labels));
+    }
+    out
+}
+
+/// Standard errors of what a table determines, by the standard errors that it states.
+pub(crate) fn sigmas(stations: &[Station], options: &Options) -> Vec<(String, f64)> {
+    let mut out = Vec::new();
+    for axis in decide_all(stations, options) {
+        let chosen = axis.estimated();
+        let side = axis.factor.ncols() - 1;
+        let mut columns = chosen.clone();
+        columns.push(side);
+        let design = DMatrix::from_fn(axis.factor.nrows(), columns.len(), |i, j| {
+            axis.factor[(i, columns[j])]
+        });
+        if let Some(solution) = solve(design) {
+            for (i, t) in chosen.iter().enumerate() {
+                out.push((axis.name(*t), solution.covariance[(i, i)].max(0.0).sqrt()));
+            }
+        }
+    }
+    out
 }
 
 /// How many switch-ons there are (1 where none is named), and that of each station.
@@ -590,181 +624,4 @@ pub(super) const NORMAL_975: f64 = 1.959_963_984_540_054;
 /// The 97.5 % point of Student's t.
 fn student(dof: f64) -> f64 {
     StudentsT::new(0.0, 1.0, dof).map_or(f64::INFINITY, |d| d.inverse_cdf(0.975))
-}
-
-/// |f̂| − |f| before and after the correction; rows where the IMU spins are left out before.
-fn magnitudes(
-    stations: &[Station],
-    axes: &[Decided],
-    state: &State,
-    offsets: &[[f64; 3]; 3],
-    outcome: &mut Outcome,
-) {
-    for (place, row) in axes[0].problem.rows.iter().enumerate() {
-        let station = &stations[*row];
-        let Some(output) = station.accel else {
-            continue;
-        };
-        let size = |v: [f64; 3]| dot(v, v).sqrt();
-        let run = axes[0].problem.runs[place];
-        // Newton's fixed point on the forward model: the errors are small beside the input.
-        let mut guess = Station {
-            f: output,
-            ..station.clone()
-        };
-        for _ in 0..60 {
-            let mut step = 0.0_f64;
-            let mut next = guess.f;
-            for (k, axis) in axes.iter().enumerate() {
-                let at = axis.problem.inputs(&guess, run, state, offsets);
-                let fit: f64 = axis
-                    .problem
-                    .terms
-                    .iter()
-                    .zip(&state[k])
-                    .filter(|(t, _)| t.group != Group::AxisOffset)
-                    .map(|(t, v)| t.column(k, &at) * v)
-                    .sum();
-                let miss = output[k] - at.u[k] - fit;
-                next[k] += miss;
-                step = step.max(miss.abs());
-            }
-            guess.f = next;
-            if step < 1e-13 || !step.is_finite() {
-                break;
-            }
-        }
-        let truth = size(station.f);
-        if size(guess.f).is_finite() {
-            outcome.before_m_s2.push(size(output) - truth);
-            outcome.after_m_s2.push(size(guess.f) - truth);
-        }
-    }
-}
-
-/// What the table cannot tell of an axis, and which estimates depend on it.
-fn tell(axis: &Decided, runs: usize, outcome: &mut Outcome) {
-    let factor = &axis.factor;
-    let terms = &axis.problem.terms;
-    let estimated = axis.estimated();
-    let admitted: Vec<usize> = (0..terms.len())
-        .filter(|i| axis.status[*i] == Status::Admitted)
-        .collect();
-    // Held columns by a set of others, least squares.
-    let project = |held: usize, by: &[usize]| -> Vec<(usize, f64)> {
-        let mut columns: Vec<usize> = by.to_vec();
-        columns.push(held);
-        let design = DMatrix::from_fn(factor.nrows(), columns.len(), |i, j| {
-            factor[(i, columns[j])]
-        });
-        match (by.is_empty(), design.column(by.len()).norm() > 0.0) {
-            (false, true) => {
-                solve(design).map_or(Vec::new(), |s| by.iter().copied().zip(s.values).collect())
-            }
-            _ => Vec::new(),
-        }
-    };
-    let mut assumes: Vec<(usize, usize)> = Vec::new();
-    for (i, status) in axis.status.iter().enumerate() {
-        if estimated.contains(&i) || terms[i].group == Group::Bias && runs > 1 {
-            continue;
-        }
-        let shifts = project(i, &estimated);
-        let p = axis.plausible(i);
-        for (t, coefficient) in &shifts {
-            let name = axis.name(*t);
-            let sigma = outcome.parameter(&name).map_or(f64::INFINITY, |q| q.sigma);
-            if p.is_finite() && (coefficient * p).abs() > sigma {
-                assumes.push((*t, i));
-            }
-        }
-        if *status == Status::Admitted {
-            outcome.available.push(Available {
-                name: axis.name(i),
-                group: terms[i].group,
-                p: fall(axis, &estimated, i),
-            });
-            continue;
-        }
-        let by = project(i, &admitted);
-        let effect = |(t, c): &(usize, f64)| (c * factor.column(*t).norm()).abs();
-        let largest = by.iter().map(effect).fold(0.0, f64::max);
-        outcome.held.push(Held {
-            name: axis.name(i),
-            group: terms[i].group,
-            status: *status,
-            aliases: by
-                .iter()
-                .filter(|entry| effect(entry) > 1e-6 * largest)
-                .map(|(t, c)| (axis.name(*t), *c))
-                .collect(),
-            asked: axis.asked[i],
-        });
-    }
-    for (t, held) in assumes {
-        let (name, of) = (axis.name(t), axis.name(held));
-        if let Some(parameter) = outcome.parameters.iter_mut().find(|q| q.name == name)
-            && !parameter.assumes.contains(&of)
-        {
-            parameter.assumes.push(of);
-        }
-    }
-    let names: Vec<String> = outcome.covariance_names.clone();
-    let own: Vec<usize> = (0..names.len())
-        .filter(|i| {
-            outcome
-                .parameter(&names[*i])
-                .is_some_and(|p| p.sensor == axis.problem.sensor && p.axis == axis.problem.k)
-        })
-        .collect();
-    for (n, i) in own.iter().enumerate() {
-        for j in &own[..n] {
-            let c = &outcome.covariance;
-            let r = c[*i][*j] / (c[*i][*i] * c[*j][*j]).sqrt();
-            if r.abs() > 0.95 {
-                outcome
-                    .confused
-                    .push((names[*j].clone(), names[*i].clone(), r));
-            }
-        }
-    }
-}
-
-/// The probability of the fall of χ² that one more column brings, by Fisher's F.
-fn fall(axis: &Decided, estimated: &[usize], more: usize) -> Option<f64> {
-    let side = axis.factor.ncols() - 1;
-    let chi2 = |with: &[usize]| -> Option<f64> {
-        let mut columns = with.to_vec();
-        columns.push(side);
-        let design = DMatrix::from_fn(axis.factor.nrows(), columns.len(), |i, j| {
-            axis.factor[(i, columns[j])]
-        });
-        solve(design).map(|s| s.chi2)
-    };
-    let rows = axis.problem.rows.len();
-    let dof = rows.checked_sub(estimated.len() + 1).filter(|d| *d > 0)? as f64;
-    let mut wider = estimated.to_vec();
-    wider.push(more);
-    let (old, new) = (chi2(estimated)?, chi2(&wider)?);
-    let f = (old - new).max(0.0) / (new / dof);
-    let distribution = FisherSnedecor::new(1.0, dof).ok()?;
-    f.is_finite().then(|| distribution.sf(f))
-}
-
-/// Standard errors that a table would give before it is measured; rows need outputs (any) and standard errors.
-///
-/// # Errors
-/// As [`calibrate`].
-pub fn predict(stations: &[Station], options: &Options) -> Result<Outcome, Error> {
-    let mut filled = stations.to_vec();
-    for station in &mut filled {
-        let row = |k: usize| dot(omega_row(k, station.w, station.wdot), [0.0; 3]);
-        if station.accel_se.is_some() {
-            station.accel = Some([0, 1, 2].map(|k| station.f[k] + row(k)));
-        }
-        if station.gyro_se.is_some() {
-            station.gyro = Some(station.w);
-        }
-    }
-    calibrate(&filled, options)
 }

@@ -1,6 +1,7 @@
 //! `sagnac calibrate`: deterministic errors; one file per test under `calibrate/`.
 
 mod common;
+mod plan;
 mod stations;
 
 use clap::Subcommand;
@@ -19,10 +20,12 @@ pub(crate) struct Args {
 #[derive(Subcommand)]
 enum Action {
     Stations(Box<stations::Args>),
+    Plan(Box<plan::Args>),
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     match &args.action {
         Action::Stations(args) => stations::run(args, context),
+        Action::Plan(args) => plan::run(args, context),
     }
 }

@@ -11,7 +11,7 @@ use sagnac::log::Log;
 use sha2::{Digest as _, Sha256};
 
 use crate::context::Context;
-use crate::inputs::LogOptions;
+use crate::inputs::{self, LogOptions};
 use crate::models;
 use crate::outputs::{Output, publish_all};
 
@@ -109,34 +109,11 @@ pub(crate) fn read_all(
         } else {
             path.display().to_string()
         };
-        let (reader, meter) = options.open(path)?;
-        let mut reader = Metered {
-            progress: context.progress(&format!("reading  {name}"), meter.size),
-            meter,
-            reader,
-        };
+        let mut reader = inputs::metered(path, options, context)?;
         let log = Log::read(&mut reader).map_err(|e| Error::from(e).at(name.clone()))?;
         logs.push(NamedLog { name, log });
     }
     Ok(logs)
-}
-
-/// A reader that shows how far it is.
-struct Metered {
-    reader: Box<dyn sagnac::log::LogReader>,
-    meter: crate::inputs::Meter,
-    progress: crate::progress::Progress,
-}
-
-impl sagnac::log::LogReader for Metered {
-    fn layout(&self) -> &sagnac::log::Layout {
-        self.reader.layout()
-    }
-
-    fn read_block(&mut self, block: &mut sagnac::log::Block) -> Result<bool, sagnac::log::Error> {
-        self.progress.set(self.meter.bytes());
-        self.reader.read_block(block)
-    }
 }
 
 fn page(args: &Args, outcome: &Outcome) -> Result<String, Error> {

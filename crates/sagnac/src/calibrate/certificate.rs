@@ -39,7 +39,7 @@ impl StationsOutcome {
     pub fn to_page(&self, facts: &PageFacts) -> CertificatePage {
         let sensors: Vec<Sensor> = [Sensor::Accel, Sensor::Gyro]
             .into_iter()
-            .filter(|s| !terms_of(self, *s).is_empty())
+            .filter(|s| !terms_of(&self.found, *s).is_empty())
             .collect();
         let temperatures: Vec<f64> = self
             .stations
@@ -184,7 +184,7 @@ impl StationsOutcome {
     }
 
     fn results(&self, sensor: Sensor, named: bool) -> ResultTable {
-        let rows = terms_of(self, sensor)
+        let rows = terms_of(&self.found, sensor)
             .into_iter()
             .map(|term| {
                 let shown = shown(sensor, term);

@@ -12,7 +12,7 @@ pub(super) fn unit(name: &str) -> String {
         .map_or_else(|_| String::new(), |path| path.dimension().si_unit())
 }
 
-fn station(station: &Station) -> Value {
+pub(super) fn station(station: &Station) -> Value {
     json!({ "f": station.f, "w": station.w, "wdot": station.wdot, "temperature": station.temperature_c })
 }
 
@@ -78,6 +78,10 @@ impl StationsOutcome {
                 "axis": f.axis, "chi2": f.chi2, "dof": f.dof, "p": f.p, "scaled": f.scaled,
             })).collect::<Vec<_>>(),
             "residuals": residuals,
+            "stations": self.spans.iter().map(|(station, start_s, end_s)| {
+                json!({ "station": station, "start_s": start_s, "end_s": end_s })
+            }).collect::<Vec<_>>(),
+            "notes": self.notes,
             "covariance": { "names": found.covariance_names, "matrix": found.covariance },
             "gravity": self.options.gravity_m_s2,
         })

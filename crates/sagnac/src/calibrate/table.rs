@@ -12,7 +12,27 @@ use crate::table::Table;
 
 pub(super) struct Read {
     pub(super) stations: Vec<Station>,
+    /// Times and turns of a schedule, a row a station; empty for a table of outputs.
+    pub(super) timing: Vec<Timing>,
     pub(super) notes: Vec<String>,
+}
+
+/// Where the outputs of a row are to be found in a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Timing {
+    /// Start and end on the log's clock \[s\], where the schedule says so.
+    pub(super) span_s: Option<[f64; 2]>,
+    /// Whether it is a turn by a known angle: its accelerometer outputs are not used.
+    pub(super) is_turn: bool,
+    /// Whether the specific force has to come from the accelerometer.
+    pub(super) needs_f: bool,
+}
+
+/// Whether a table holds outputs, or says where a log does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sort {
+    Outputs,
+    Schedule,
 }
 
 type Cells = Vec<Option<f64>>;
@@ -114,35 +134,53 @@ struct Reference {
     by_up: bool,
 }
 
-pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Error> {
-    let table = Table::parse(&request.table, &request.label)?;
+pub(super) fn read(
+    table: &Table,
+    sort: Sort,
+    request: &StationsRequest,
+    gravity: f64,
+) -> Result<Read, Error> {
     let (ra, ro) = (Dimension::ACCELERATION, Dimension::ANGULAR_RATE);
-    let f = triad(&table, &xyz("f", ""), ra)?;
-    let roll = single(&table, "roll", Dimension::ANGLE)?;
-    let pitch = single(&table, "pitch", Dimension::ANGLE)?;
-    let heading = single(&table, "heading", Dimension::ANGLE)?;
+    let f = triad(table, &xyz("f", ""), ra)?;
+    let roll = single(table, "roll", Dimension::ANGLE)?;
+    let pitch = single(table, "pitch", Dimension::ANGLE)?;
+    let heading = single(table, "heading", Dimension::ANGLE)?;
     let up = table.column("up");
-    if f.is_none() && up.is_none() && (roll.is_none() || pitch.is_none()) {
-        return Err(another_sort(&table));
+    let angle = match sort {
+        Sort::Schedule => triad(table, &xyz("angle", ""), Dimension::ANGLE)?,
+        Sort::Outputs => None,
+    };
+    if f.is_none() && up.is_none() && (roll.is_none() || pitch.is_none()) && angle.is_none() {
+        return Err(another_sort(table));
     }
-    let accel = triad(&table, &xyz("accel", ""), ra)?;
-    let gyro = triad(&table, &xyz("gyro", ""), ro)?;
-    if accel.is_none() && gyro.is_none() {
+    let accel = triad(table, &xyz("accel", ""), ra)?;
+    let gyro = triad(table, &xyz("gyro", ""), ro)?;
+    let has_outputs = accel.is_some() || gyro.is_some();
+    if sort == Sort::Outputs && !has_outputs {
         return Err(Error::data("the table has no outputs")
             .at(table.label.clone())
             .advise(
                 "add columns accel_x, accel_y, accel_z [m/s^2] or gyro_x, gyro_y, gyro_z [rad/s]",
             ));
     }
-    let accel_se = triad(&table, &xyz("accel", "_se"), ra)?;
-    let gyro_se = triad(&table, &xyz("gyro", "_se"), ro)?;
-    let w = triad(&table, &xyz("w", ""), ro)?;
-    let wdot = triad(&table, &xyz("wdot", ""), Dimension::ANGULAR_ACCELERATION)?;
-    let turn = triad(&table, &xyz("turn", ""), ro)?;
-    let f_se = single(&table, "f_se", ra)?;
-    let w_se = single(&table, "w_se", ro)?;
-    let tilt_se = single(&table, "tilt_se", Dimension::ANGLE)?;
-    let temperature = single(&table, "temperature", Dimension::TEMPERATURE)?;
+    if sort == Sort::Schedule && has_outputs {
+        return Err(
+            Error::data("a schedule has no outputs: they come from the log")
+                .at(table.label.clone())
+                .advise("leave the columns out, or give the table alone, without --schedule"),
+        );
+    }
+    let accel_se = errors_of(triad(table, &xyz("accel", "_se"), ra)?);
+    let gyro_se = errors_of(triad(table, &xyz("gyro", "_se"), ro)?);
+    let start = single(table, "start", Dimension::TIME)?;
+    let end = single(table, "end", Dimension::TIME)?;
+    let w = triad(table, &xyz("w", ""), ro)?;
+    let wdot = triad(table, &xyz("wdot", ""), Dimension::ANGULAR_ACCELERATION)?;
+    let turn = triad(table, &xyz("turn", ""), ro)?;
+    let f_se = single(table, "f_se", ra)?;
+    let w_se = single(table, "w_se", ro)?;
+    let tilt_se = single(table, "tilt_se", Dimension::ANGLE)?;
+    let temperature = single(table, "temperature", Dimension::TEMPERATURE)?;
     let cell = |cells: &Option<Cells>, row: usize| cells.as_ref().and_then(|c| c[row]);
     let of =
         |cells: &Option<Vec<Option<[f64; 3]>>>, row: usize| cells.as_ref().and_then(|c| c[row]);
@@ -155,6 +193,7 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
     };
     let mut out = Read {
         stations: Vec::with_capacity(table.rows()),
+        timing: Vec::new(),
         notes: Vec::new(),
     };
     let mut unknown_rate = false;
@@ -173,7 +212,9 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
             .iter()
             .filter(|k| **k)
             .count();
-        if kinds != 1 {
+        let span_s = cell(&start, row).zip(cell(&end, row));
+        let turned = of(&angle, row).filter(|a| norm(*a) > 0.0);
+        if kinds > 1 || (kinds == 0 && turned.is_none()) {
             return Err(if kinds == 0 {
                 fault(
                     format!("station {label} has no reference"),
@@ -186,7 +227,34 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
                 )
             });
         }
-        let reference = if let Some(f) = given {
+        if sort == Sort::Schedule {
+            if let Some((start_s, end_s)) = span_s
+                && end_s <= start_s
+            {
+                return Err(fault(
+                    format!("station {label} ends at {end_s} s, before it starts at {start_s} s"),
+                    "write start and end in seconds of the log's clock",
+                ));
+            }
+            if turned.is_some() && span_s.is_none() {
+                return Err(fault(
+                    format!("station {label} has an angle and no start and end"),
+                    "add the columns start [s] and end [s]: a turn is not found by itself",
+                ));
+            }
+            out.timing.push(Timing {
+                span_s: span_s.map(|(a, b)| [a, b]),
+                is_turn: turned.is_some(),
+                needs_f: kinds == 0,
+            });
+        }
+        let reference = if kinds == 0 {
+            Reference {
+                f: [0.0; 3],
+                attitude: None,
+                by_up: false,
+            }
+        } else if let Some(f) = given {
             Reference {
                 f,
                 attitude: None,
@@ -241,7 +309,16 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
         } else {
             [0.0; 3]
         };
-        let turning = of(&turn, row).filter(|t| norm(*t) > 0.0);
+        let turning = match (turned, span_s) {
+            (Some(angle), Some((start_s, end_s))) => Some(angle.map(|a| a / (end_s - start_s))),
+            _ => of(&turn, row).filter(|t| norm(*t) > 0.0),
+        };
+        if turned.is_some() && (of(&turn, row).is_some() || of(&w, row).is_some()) {
+            return Err(fault(
+                format!("station {label} has an angle and a rate"),
+                "keep one of angle, turn and w",
+            ));
+        }
         let mut extra = 0.0;
         let rate = if let Some(w) = of(&w, row) {
             if turning.is_some() {
@@ -255,7 +332,7 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
             let t = norm(turn);
             let axis = turn.map(|v| v / t);
             let along = axis.iter().zip(upward).map(|(a, b)| a * b).sum::<f64>();
-            if given.is_none() && along.abs() < 1f64.to_radians().cos() {
+            if kinds > 0 && given.is_none() && along.abs() < 1f64.to_radians().cos() {
                 return Err(fault(
                     format!(
                         "station {label} turns about an axis that is not vertical, so gravity turns in the body"
@@ -269,7 +346,7 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
                     let part: f64 = earth.iter().zip(axis).map(|(a, b)| a * b).sum();
                     [0, 1, 2].map(|i| turn[i] + part * axis[i])
                 }
-                (Some(phi), _) if given.is_none() => {
+                (Some(phi), _) if kinds > 0 && given.is_none() => {
                     let part = EARTH_RATE_RAD_S * phi.sin() * along;
                     [0, 1, 2].map(|i| turn[i] + part * axis[i])
                 }
@@ -316,6 +393,11 @@ pub(super) fn read(request: &StationsRequest, gravity: f64) -> Result<Read, Erro
         );
     }
     Ok(out)
+}
+
+/// Columns whose cells are all empty say nothing.
+fn errors_of(cells: Option<Vec<Option<[f64; 3]>>>) -> Option<Vec<Option<[f64; 3]>>> {
+    cells.filter(|cells| cells.iter().any(Option::is_some))
 }
 
 fn earth_rate(c: &[[f64; 3]; 3], latitude_rad: f64) -> [f64; 3] {

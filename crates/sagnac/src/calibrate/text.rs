@@ -1,6 +1,6 @@
 //! `calibrate stations` in a terminal: what was found, the table, what was not determined, what to add.
 
-use sagnac_calibrate::stations::{Group, Parameter, Status, Term};
+use sagnac_calibrate::stations::{Group, Outcome, Parameter, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_report::text::{Cell, Document, Estimate, Table, significant};
 
@@ -17,9 +17,9 @@ pub(super) fn title(sensor: Sensor) -> &'static str {
 }
 
 /// The terms of a sensor that were estimated on any axis, in the order of the contract.
-pub(super) fn terms_of(outcome: &StationsOutcome, sensor: Sensor) -> Vec<Term> {
+pub(super) fn terms_of(found: &Outcome, sensor: Sensor) -> Vec<Term> {
     let mut out: Vec<Term> = Vec::new();
-    for p in &outcome.found.parameters {
+    for p in &found.parameters {
         if let Some(term) = p.term.filter(|_| p.sensor == sensor)
             && !out.contains(&term)
         {
@@ -63,32 +63,7 @@ pub(super) fn in_g(value_m_s2: f64) -> String {
 impl StationsOutcome {
     /// What to add, in words.
     pub fn advice(&self) -> Vec<String> {
-        let mut out = Vec::new();
-        for addition in &self.found.additions {
-            let words: Vec<&str> = addition.bundles.iter().map(|b| b.words.as_str()).collect();
-            out.push(format!(
-                "{} -> {}",
-                words.join("; "),
-                short(&addition.resolves)
-            ));
-        }
-        if !self.found.hopeless.is_empty() {
-            out.push(format!(
-                "no single station of rest, spin, angular acceleration, 5 g or +-20 K gives {}: average longer",
-                short(&self.found.hopeless)
-            ));
-        }
-        for available in &self.found.available {
-            if let Some(p) = available.p.filter(|p| *p < 0.001) {
-                out.push(format!(
-                    "{}: the residuals ask for it (p = {}); add --terms +{}",
-                    available.name,
-                    significant(p, 2),
-                    available.group.key()
-                ));
-            }
-        }
-        out
+        advice(&self.found)
     }
 
     /// The result as a document.
@@ -97,7 +72,7 @@ impl StationsOutcome {
         let mut out = Document::new();
         out.paragraph(self.verdict());
         for sensor in [Sensor::Accel, Sensor::Gyro] {
-            let terms = terms_of(self, sensor);
+            let terms = terms_of(&self.found, sensor);
             if terms.is_empty() {
                 continue;
             }
@@ -232,42 +207,76 @@ impl StationsOutcome {
         format!("{:.5} m/s^2 {from}", self.options.gravity_m_s2)
     }
 
-    /// The groups not determined, with the reason in words.
     pub(super) fn not_determined(&self) -> String {
-        let mut groups: Vec<(String, Vec<String>, Status, bool)> = Vec::new();
-        for held in self.found.held.iter().filter(|h| h.asked) {
-            let stem = stem(&held.name);
-            match groups
-                .iter_mut()
-                .find(|g| g.0 == stem && g.2 == held.status)
-            {
-                Some(group) => group.1.push(held.name.clone()),
-                None => groups.push((
-                    stem,
-                    vec![held.name.clone()],
-                    held.status,
-                    held.group == Group::AxisOffset,
-                )),
-            }
-        }
-        if groups.is_empty() {
-            return "Every term that was asked for is determined.".to_owned();
-        }
-        let words: Vec<String> = groups
-            .iter()
-            .map(|(name, names, status, offset)| {
-                let reason = match status {
-                    Status::NoInput if *offset => "no rotation",
-                    Status::NoInput => "no such input",
-                    Status::Aliased => "looks like other terms here",
-                    _ => "too weak an input",
-                };
-                let name = if names.len() == 1 { &names[0] } else { name };
-                format!("{name} ({reason})")
-            })
-            .collect();
-        format!("Not determined: {}.", words.join(", "))
+        not_determined(&self.found)
     }
+}
+
+/// What to add to a table, in words.
+pub(super) fn advice(found: &Outcome) -> Vec<String> {
+    let mut out = Vec::new();
+    for addition in &found.additions {
+        let words: Vec<&str> = addition.bundles.iter().map(|b| b.words.as_str()).collect();
+        out.push(format!(
+            "{} -> {}",
+            words.join("; "),
+            short(&addition.resolves)
+        ));
+    }
+    if !found.hopeless.is_empty() {
+        out.push(format!(
+                "no single station of rest, spin, angular acceleration, 5 g or +-20 K gives {}: average longer",
+                short(&found.hopeless)
+            ));
+    }
+    for available in &found.available {
+        if let Some(p) = available.p.filter(|p| *p < 0.001) {
+            out.push(format!(
+                "{}: the residuals ask for it (p = {}); add --terms +{}",
+                available.name,
+                significant(p, 2),
+                available.group.key()
+            ));
+        }
+    }
+    out
+}
+
+/// The groups not determined, with the reason in words.
+pub(super) fn not_determined(found: &Outcome) -> String {
+    let mut groups: Vec<(String, Vec<String>, Status, bool)> = Vec::new();
+    for held in found.held.iter().filter(|h| h.asked) {
+        let stem = stem(&held.name);
+        match groups
+            .iter_mut()
+            .find(|g| g.0 == stem && g.2 == held.status)
+        {
+            Some(group) => group.1.push(held.name.clone()),
+            None => groups.push((
+                stem,
+                vec![held.name.clone()],
+                held.status,
+                held.group == Group::AxisOffset,
+            )),
+        }
+    }
+    if groups.is_empty() {
+        return "Every term that was asked for is determined.".to_owned();
+    }
+    let words: Vec<String> = groups
+        .iter()
+        .map(|(name, names, status, offset)| {
+            let reason = match status {
+                Status::NoInput if *offset => "no rotation",
+                Status::NoInput => "no such input",
+                Status::Aliased => "looks like other terms here",
+                _ => "too weak an input",
+            };
+            let name = if names.len() == 1 { &names[0] } else { name };
+            format!("{name} ({reason})")
+        })
+        .collect();
+    format!("Not determined: {}.", words.join(", "))
 }
 
 /// A path without its axis.
@@ -281,7 +290,7 @@ pub(super) fn stem(name: &str) -> String {
 }
 
 /// Names with their axes gathered.
-fn short(names: &[String]) -> String {
+pub(super) fn short(names: &[String]) -> String {
     let mut stems: Vec<String> = Vec::new();
     for name in names {
         let stem = stem(name);

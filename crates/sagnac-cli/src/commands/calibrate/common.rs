@@ -102,12 +102,18 @@ pub(super) fn source(path: &Path, hash: &str) -> String {
     format!("{name} sha256:{hash}")
 }
 
-/// SHA-256 in hexadecimal digits.
-pub(super) fn sha256(bytes: &[u8]) -> String {
+/// SHA-256 of a file in hexadecimal digits; of standard input nothing can be said.
+pub(super) fn hash_of(path: &Path) -> Result<String, Error> {
     use std::fmt::Write as _;
+    if !path.is_file() {
+        return Ok("unknown".to_owned());
+    }
+    let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
+    let mut hash = Sha256::new();
+    std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
     let mut out = String::with_capacity(64);
-    for byte in Sha256::digest(bytes) {
+    for byte in hash.finalize() {
         let _ = write!(out, "{byte:02x}");
     }
-    out
+    Ok(out)
 }

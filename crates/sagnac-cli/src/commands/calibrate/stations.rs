@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use sagnac::Error;
-use sagnac::calibrate::{PageFacts, StationsRequest, stations};
+use sagnac::calibrate::{PageFacts, StationsRequest, stations, stations_from_log};
 use sagnac::model::units::Dimension;
 
-use super::common::{Files, Place, Texts, sha256, source};
+use super::common::{Files, Place, Texts, hash_of, source};
 use crate::context::Context;
-use crate::inputs;
+use crate::inputs::{self, LogOptions};
 use crate::outputs::publish_all;
 use crate::quantities::{optional, quantity};
 
@@ -18,9 +18,12 @@ use crate::quantities::{optional, quantity};
     after_help = "Example\n  sagnac calibrate stations tumble24.csv --latitude 46.52deg --height 405m -o imu.toml"
 )]
 pub(super) struct Args {
-    /// CSV with a row a station: outputs, references, standard errors
-    #[arg(value_name = "TABLE")]
+    /// CSV with a row a station: outputs, references, standard errors; with --schedule a log
+    #[arg(value_name = "TABLE|LOG")]
     table: PathBuf,
+    /// References of a log's dwells: time spans, or the dwells in order
+    #[arg(long, value_name = "S.csv")]
+    schedule: Option<PathBuf>,
     /// default, all, a list of groups of terms, or changes: +quadratic,-misalignment
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     terms: Option<String>,
@@ -42,13 +45,21 @@ pub(super) struct Args {
     texts: Texts,
     #[command(flatten)]
     files: Files,
+    #[command(flatten)]
+    log: LogOptions,
 }
 
 pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let (model_file, page_file) = args.files.claim()?;
-    let table = inputs::text(&args.table)?;
-    let hash = sha256(table.as_bytes());
-    let label = args.table.display().to_string();
+    if args.schedule.is_none() && args.log.is_any() {
+        return Err(Error::usage(
+            "options for reading a log need --schedule: a table of stations has none",
+        )
+        .at("--columns, --rate, --topic, --start, --end, --axes")
+        .advise("add --schedule S.csv with the references of the log's dwells"));
+    }
+    let rows = args.schedule.as_deref().unwrap_or(&args.table);
+    let table = inputs::text(rows)?;
     let tilt = optional("--tilt", args.tilt.as_deref(), Dimension::ANGLE)?;
     if tilt.is_some_and(|t| t < 0.0) {
         return Err(Error::usage("--tilt must not be negative")
@@ -56,10 +67,10 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             .advise("write for instance --tilt 0.5deg"));
     }
     let request = StationsRequest {
-        source: Some(source(&args.table, &hash)),
+        source: None,
         name: args.files.model_name(&args.table),
         table,
-        label: label.clone(),
+        label: rows.display().to_string(),
         terms: args.terms.clone(),
         temperature_order: Some(args.temperature_order),
         scale_temperature_order: Some(args.scale_temperature_order),
@@ -76,20 +87,42 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         customer: args.texts.customer.clone(),
         certificate: args.texts.certificate.clone(),
     };
-    let outcome = stations(&request)?;
+    let mut outcome = match &args.schedule {
+        None => stations(&request)?,
+        Some(_) => {
+            let mut reader = inputs::metered(&args.table, &args.log, context)?;
+            stations_from_log(&request, &mut reader).map_err(|error| {
+                if error.place.is_some() {
+                    error
+                } else {
+                    error.at(args.table.display().to_string())
+                }
+            })?
+        }
+    };
     let mut outputs = Vec::new();
-    if let Some(mut file) = model_file {
-        file.put(outcome.to_model()?.to_toml().as_bytes())?;
-        outputs.push(file);
-    }
-    if let Some(mut file) = page_file {
+    if model_file.is_some() || page_file.is_some() {
+        let mut read = vec![(args.table.as_path(), hash_of(&args.table)?)];
+        if let Some(schedule) = &args.schedule {
+            read.push((schedule, hash_of(schedule)?));
+        }
+        outcome.request.source = Some(source(read[0].0, &read[0].1));
         let facts = PageFacts {
             command: super::super::characterize::command_line(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            inputs: vec![(label, hash)],
+            inputs: read
+                .iter()
+                .map(|(path, hash)| (path.display().to_string(), hash.clone()))
+                .collect(),
         };
-        file.put(outcome.to_page(&facts).html().as_bytes())?;
-        outputs.push(file);
+        if let Some(mut file) = model_file {
+            file.put(outcome.to_model()?.to_toml().as_bytes())?;
+            outputs.push(file);
+        }
+        if let Some(mut file) = page_file {
+            file.put(outcome.to_page(&facts).html().as_bytes())?;
+            outputs.push(file);
+        }
     }
     context.show(|| outcome.document(), || outcome.to_json())?;
     context.wrote(&publish_all(outputs)?)
