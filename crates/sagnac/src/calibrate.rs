@@ -3,6 +3,7 @@
 mod certificate;
 mod from_log;
 mod json;
+mod merge;
 mod model_file;
 mod plan;
 mod table;
@@ -10,6 +11,7 @@ mod text;
 mod units;
 
 pub use certificate::PageFacts;
+pub use merge::{MergeOutcome, MergeRequest, Unequal, merge};
 pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 
 use sagnac_calibrate::stations::{self, Asked, Options, Outcome, Station, reference};

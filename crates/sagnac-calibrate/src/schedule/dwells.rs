@@ -315,7 +315,7 @@ impl Dwells {
         self.found
             .retain(|(_, loudness)| loudness.iter().zip(limits).all(|(v, limit)| *v <= limit));
         Reduction {
-            density2: self.pool.density2(&self.has),
+            density2: self.pool.density2(self.has),
             rows: self.found.into_iter().map(|(row, _)| row).collect(),
             extent_s: self.extent_s,
         }

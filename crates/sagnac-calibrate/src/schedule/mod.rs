@@ -92,7 +92,7 @@ impl Pool {
         self.count += 1;
     }
 
-    pub(crate) fn density2(&self, has: &[bool; CHANNELS]) -> [Option<f64>; 6] {
+    pub(crate) fn density2(&self, has: [bool; CHANNELS]) -> [Option<f64>; 6] {
         std::array::from_fn(|k| (self.count > 0 && has[k]).then(|| self.sum[k] / self.count as f64))
     }
 }

@@ -85,7 +85,7 @@ impl Spans {
         }
         Reduction {
             rows,
-            density2: self.pool.density2(&self.has),
+            density2: self.pool.density2(self.has),
             extent_s: self.extent_s,
         }
     }

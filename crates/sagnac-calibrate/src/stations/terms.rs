@@ -17,6 +17,9 @@ pub const PRODUCTS: [(usize, usize, &str); 6] = [
     (1, 2, "yz"),
 ];
 
+/// The highest power of temperature that a model holds.
+const MOST_POWERS: u8 = 8;
+
 /// A group of terms that enters the regression together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
@@ -142,6 +145,19 @@ impl Term {
                 format!("{s}.g2_sensitivity.{axis}.{}", PRODUCTS[self.component].2)
             }
         }
+    }
+
+    /// The term of a parameter path, its sensor and its axis.
+    pub fn named(name: &str) -> Option<(Sensor, usize, Self)> {
+        Sensor::ALL.into_iter().find_map(|sensor| {
+            let groups = Group::of(sensor, MOST_POWERS, MOST_POWERS);
+            (0..3).find_map(|k| {
+                let term = Self::of(&groups, k, 1)
+                    .into_iter()
+                    .find(|term| term.name(sensor, k) == name)?;
+                Some((sensor, k, term))
+            })
+        })
     }
 
     /// What is known of its size before any test; `reach` is the largest |u'|, `warmth_k` the largest |T − T0|.

@@ -1,6 +1,7 @@
 //! `sagnac calibrate`: deterministic errors; one file per test under `calibrate/`.
 
 mod common;
+mod merge;
 mod plan;
 mod stations;
 
@@ -21,11 +22,13 @@ pub(crate) struct Args {
 enum Action {
     Stations(Box<stations::Args>),
     Plan(Box<plan::Args>),
+    Merge(merge::Args),
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     match &args.action {
         Action::Stations(args) => stations::run(args, context),
         Action::Plan(args) => plan::run(args, context),
+        Action::Merge(args) => merge::run(args, context),
     }
 }

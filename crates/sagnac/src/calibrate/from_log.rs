@@ -22,7 +22,7 @@ const NAMES: [&str; CHANNELS] = [
 
 enum Reducer {
     Spans(Spans),
-    Dwells(Option<Dwells>),
+    Dwells(Box<Option<Dwells>>),
 }
 
 /// Fills in outputs and standard errors from the log; returns where each station lies.
@@ -38,7 +38,7 @@ pub(super) fn fill(
             .advise("fill in start [s] and end [s] in every row, or leave both columns out"));
     }
     let reducer = if named == 0 {
-        Reducer::Dwells(None)
+        Reducer::Dwells(Box::default())
     } else {
         let spans: Vec<Span> = read
             .timing
@@ -147,7 +147,9 @@ fn reduce(
         }
         for (channel, column) in layout.channels.iter().zip(&mut block.columns) {
             if channel.is_increment {
-                column.iter_mut().for_each(|v| *v /= dt_s);
+                for v in column.iter_mut() {
+                    *v /= dt_s;
+                }
             }
         }
         let columns: Columns = index.map(|i| i.map(|i| block.columns[i].as_slice()));
@@ -160,8 +162,9 @@ fn reduce(
     }
     let found = match reducer {
         Reducer::Spans(spans) => spans.finish(),
-        Reducer::Dwells(Some(dwells)) => dwells.finish(),
-        Reducer::Dwells(None) => return Err(Error::data("the log has no samples")),
+        Reducer::Dwells(dwells) => dwells
+            .ok_or_else(|| Error::data("the log has no samples"))?
+            .finish(),
     };
     Ok((found, index.map(|i| i.is_some())))
 }

@@ -18,30 +18,41 @@ pub(super) fn title(sensor: Sensor) -> &'static str {
 
 /// The terms of a sensor that were estimated on any axis, in the order of the contract.
 pub(super) fn terms_of(found: &Outcome, sensor: Sensor) -> Vec<Term> {
+    terms_in(&found.parameters, sensor)
+}
+
+fn terms_in(parameters: &[Parameter], sensor: Sensor) -> Vec<Term> {
     let mut out: Vec<Term> = Vec::new();
-    for p in &found.parameters {
+    for p in parameters {
         if let Some(term) = p.term.filter(|_| p.sensor == sensor)
             && !out.contains(&term)
         {
             out.push(term);
         }
     }
-    let groups = Group::of(sensor, 5, 5);
+    let groups = Group::of(sensor, 8, 8);
     out.sort_by_key(|t| (groups.iter().position(|g| *g == t.group), t.component));
     out
 }
 
+/// The sensors that have parameters, with their terms.
+pub(super) fn rows_of(parameters: &[Parameter]) -> Vec<(Sensor, Vec<Term>)> {
+    [Sensor::Accel, Sensor::Gyro]
+        .into_iter()
+        .map(|sensor| (sensor, terms_in(parameters, sensor)))
+        .filter(|(_, terms)| !terms.is_empty())
+        .collect()
+}
+
 /// The estimates of one term on x, y, z, in the unit shown.
 pub(super) fn estimates(
-    outcome: &StationsOutcome,
+    parameters: &[Parameter],
     sensor: Sensor,
     term: Term,
     factor: f64,
 ) -> [Estimate; 3] {
     [0, 1, 2].map(|k| {
-        outcome
-            .found
-            .parameters
+        parameters
             .iter()
             .find(|p| p.sensor == sensor && p.axis == k && p.term == Some(term))
             .map_or(Estimate::Absent, |p| {
@@ -80,7 +91,9 @@ impl StationsOutcome {
             for term in terms {
                 let shown = shown(sensor, term);
                 let mut cells: Vec<Cell> = vec![shown.name.into()];
-                cells.extend(estimates(self, sensor, term, shown.per_si).map(Cell::from));
+                cells.extend(
+                    estimates(&found.parameters, sensor, term, shown.per_si).map(Cell::from),
+                );
                 cells.push(shown.unit.into());
                 table.row(cells);
             }

@@ -87,18 +87,17 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         customer: args.texts.customer.clone(),
         certificate: args.texts.certificate.clone(),
     };
-    let mut outcome = match &args.schedule {
-        None => stations(&request)?,
-        Some(_) => {
-            let mut reader = inputs::metered(&args.table, &args.log, context)?;
-            stations_from_log(&request, &mut reader).map_err(|error| {
-                if error.place.is_some() {
-                    error
-                } else {
-                    error.at(args.table.display().to_string())
-                }
-            })?
-        }
+    let mut outcome = if args.schedule.is_some() {
+        let mut reader = inputs::metered(&args.table, &args.log, context)?;
+        stations_from_log(&request, &mut reader).map_err(|error| {
+            if error.place.is_some() {
+                error
+            } else {
+                error.at(args.table.display().to_string())
+            }
+        })?
+    } else {
+        stations(&request)?
     };
     let mut outputs = Vec::new();
     if model_file.is_some() || page_file.is_some() {

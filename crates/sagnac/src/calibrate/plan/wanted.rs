@@ -2,7 +2,6 @@
 
 use sagnac_calibrate::plan::{Goal, sigmas};
 use sagnac_calibrate::stations::{Group, Options, Station, Term};
-use sagnac_core::Sensor;
 use sagnac_model::units::parse_quantity;
 use sagnac_model::{Model, ParameterPath};
 use sagnac_report::text::{duration, significant};
@@ -21,21 +20,6 @@ pub(super) struct Reached {
     pub(super) repeats: u32,
     pub(super) dwell_s: f64,
     pub(super) notes: Vec<String>,
-}
-
-/// Every term that a test of stations can determine, by path.
-fn term_of(name: &str) -> Option<(Sensor, usize, Term)> {
-    for sensor in Sensor::ALL {
-        let groups = Group::of(sensor, 5, 5);
-        for k in 0..3 {
-            for term in Term::of(&groups, k, 1) {
-                if term.name(sensor, k) == name {
-                    return Some((sensor, k, term));
-                }
-            }
-        }
-    }
-    None
 }
 
 /// A repeat costs this much more than its dwell \[s\].
@@ -72,7 +56,7 @@ impl Wanted {
             let before = out.goals.len();
             for element in path.elements() {
                 let name = element.to_string();
-                if term_of(&name).is_some() {
+                if Term::named(&name).is_some() {
                     out.goals.retain(|goal| goal.name != name);
                     out.goals.push(Goal { name, sigma });
                 }
@@ -97,7 +81,7 @@ impl Wanted {
             };
             // What a calibration sees of cross-axis response is misalignment.
             let name = name.replace(".cross_axis.", ".misalignment.");
-            if term_of(&name).is_none() {
+            if Term::named(&name).is_none() {
                 continue;
             }
             any = true;
@@ -126,7 +110,7 @@ impl Wanted {
     pub(super) fn groups(&self) -> Vec<Group> {
         let mut out: Vec<Group> = Vec::new();
         for goal in &self.goals {
-            if let Some((_, _, term)) = term_of(&goal.name)
+            if let Some((_, _, term)) = Term::named(&goal.name)
                 && !out.contains(&term.group)
             {
                 out.push(term.group);
@@ -188,7 +172,7 @@ impl Wanted {
             } else if noise.knows_dwell() && enough(repeats, LONGEST_S) {
                 let (mut low, mut high) = (dwell_s.ln(), LONGEST_S.ln());
                 for _ in 0..40 {
-                    let middle = (low + high) / 2.0;
+                    let middle = f64::midpoint(low, high);
                     if enough(repeats, middle.exp()) {
                         high = middle;
                     } else {
@@ -217,26 +201,24 @@ impl Wanted {
                 super::super::json::unit(&name)
             ));
         }
-        match best {
-            Some((_, repeats, dwell_s)) => Reached {
+        if let Some((_, repeats, dwell_s)) = best {
+            return Reached {
                 repeats,
                 dwell_s,
                 notes,
-            },
-            None => {
-                if let Some((ratio, name, _)) = worst(1, LONGEST_S) {
-                    notes.push(format!(
-                        "{name} is not reached with a thousand repeats: {} times too large after one of {}",
-                        significant(ratio, 2),
-                        duration(dwell_s)
-                    ));
-                }
-                Reached {
-                    repeats: 1,
-                    dwell_s,
-                    notes,
-                }
-            }
+            };
+        }
+        if let Some((ratio, name, _)) = worst(1, dwell_s) {
+            notes.push(format!(
+                "{name} is not reached with a thousand repeats: {} times too large after one of {}",
+                significant(ratio, 2),
+                duration(dwell_s)
+            ));
+        }
+        Reached {
+            repeats: 1,
+            dwell_s,
+            notes,
         }
     }
 }
