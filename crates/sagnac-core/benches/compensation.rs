@@ -24,7 +24,16 @@ struct Channels<T> {
     t: Vec<T>,
 }
 
-fn motion<T: Real>() -> Channels<T> {
+/// How the temperature goes through a block.
+#[derive(Clone, Copy)]
+enum Temperature {
+    /// The same in all samples, as between two steps of a thermometer.
+    Held,
+    /// Another in every sample.
+    Moving,
+}
+
+fn motion<T: Real>(temperature: Temperature) -> Channels<T> {
     let wave = |size: f64, rate: f64| -> Vec<T> {
         (0..BLOCK)
             .map(|i| T::from_f64(size * libm::sin(rate * i as f64)))
@@ -34,7 +43,10 @@ fn motion<T: Real>() -> Channels<T> {
         w: [wave(3.0, 0.01), wave(2.0, 0.013), wave(1.0, 0.017)],
         f: [wave(5.0, 0.011), wave(8.0, 0.007), wave(9.0, 0.003)],
         wdot: [wave(1.0, 0.01), wave(2.0, 0.02), wave(3.0, 0.03)],
-        t: wave(20.0, 0.001),
+        t: match temperature {
+            Temperature::Held => vec![T::from_f64(31.5); BLOCK],
+            Temperature::Moving => wave(20.0, 0.001),
+        },
     }
 }
 
@@ -42,13 +54,13 @@ fn three<T>(v: &[Vec<T>; 3]) -> [&[T]; 3] {
     [&v[0], &v[1], &v[2]]
 }
 
-fn run<T: Real>(c: &mut Criterion, name: &str, model: &SensorModel<f64>) {
+fn run<T: Real>(c: &mut Criterion, name: &str, model: &SensorModel<f64>, of: Temperature) {
     let model = model.convert::<T>();
     let forward = Measurement::new(&model);
     let Ok(inverse) = Compensation::new(&model, T::from_f64(0.005)) else {
         return;
     };
-    let input = motion::<T>();
+    let input = motion::<T>(of);
     let (mut g, mut a) = (
         [0; 3].map(|_| vec![T::ZERO; BLOCK]),
         [0; 3].map(|_| vec![T::ZERO; BLOCK]),
@@ -57,8 +69,12 @@ fn run<T: Real>(c: &mut Criterion, name: &str, model: &SensorModel<f64>) {
     let mut group = c.benchmark_group("core");
     group.throughput(Throughput::Elements(BLOCK as u64));
     let label = format!(
-        "{name} n={} {}",
+        "{name} n={} {} {}",
         inverse.rounds(),
+        match of {
+            Temperature::Held => "held",
+            Temperature::Moving => "moving",
+        },
         core::any::type_name::<T>()
     );
     group.bench_function(BenchmarkId::new("correct", &label), |b| {
@@ -100,10 +116,12 @@ fn run<T: Real>(c: &mut Criterion, name: &str, model: &SensorModel<f64>) {
 }
 
 fn all(c: &mut Criterion) {
-    run::<f64>(c, "example", &models::example());
-    run::<f32>(c, "example", &models::example());
-    run::<f64>(c, "consumer", &models::consumer());
-    run::<f32>(c, "consumer", &models::consumer());
+    for of in [Temperature::Held, Temperature::Moving] {
+        run::<f64>(c, "example", &models::example(), of);
+        run::<f32>(c, "example", &models::example(), of);
+    }
+    run::<f64>(c, "consumer", &models::consumer(), Temperature::Held);
+    run::<f32>(c, "consumer", &models::consumer(), Temperature::Held);
 }
 
 criterion_group!(benches, all);

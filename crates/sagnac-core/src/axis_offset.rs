@@ -35,16 +35,12 @@ impl<T: Real> AxisOffset<T> {
         ]
     }
 
-    /// The same where each r_k lies along its own axis: −(|ω|² − ω_k²) r_k,k.
+    /// What it takes off where each r_k lies along its own axis: (|ω|² − ω_k²) r_k,k.
     #[inline(always)]
-    pub(crate) fn centripetal_own(&self, w: Vector<T>) -> Vector<T> {
+    pub(crate) fn centrifugal_own(&self, w: Vector<T>) -> Vector<T> {
         let r = &self.position;
         let (x, y, z) = (w[0] * w[0], w[1] * w[1], w[2] * w[2]);
-        [
-            -(r[0][0] * (y + z)),
-            -(r[1][1] * (x + z)),
-            -(r[2][2] * (x + y)),
-        ]
+        [r[0][0] * (y + z), r[1][1] * (x + z), r[2][2] * (x + y)]
     }
 
     pub(crate) fn is_own(&self) -> bool {

@@ -59,7 +59,19 @@ pub struct Compensation<T: Real> {
     inverse: [vector::Matrix<T>; 2],
     saturated: [[T; 3]; 2],
     temperature_range_c: Option<[T; 2]>,
+    plain: Option<Plain<T>>,
     shape: Shape,
+}
+
+/// Inside these limits a sample has no flag: what nearly all samples are is told quickly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plain<T> {
+    /// |y| below which an axis is not saturated (infinite without a range), gyro and accelerometer.
+    output: [[T; 3]; 2],
+    /// U of gyro and accelerometer.
+    limit: [T; 2],
+    /// Where all temperature terms hold, °C; `None` where the temperature does not matter.
+    temperature_c: Option<[T; 2]>,
 }
 
 /// How much of a matrix is there: what is absent costs nothing.
@@ -155,6 +167,10 @@ struct Prepared<T, const N: usize> {
     inverse: [[[T; N]; 3]; 3],
     /// f' or ω.
     solution: [[T; N]; 3],
+    /// The temperature that all of `inverse`, and `bias` and `matrix`, stand for.
+    held_c: Option<T>,
+    bias: [T; 3],
+    matrix: vector::Matrix<T>,
 }
 
 impl<T: Real> Compensation<T> {
@@ -216,7 +232,12 @@ impl<T: Real> Compensation<T> {
             }
             of
         };
+        let saturated = [threshold(Sensor::Gyro), threshold(Sensor::Accel)];
+        let temperature_range_c = model.temperature_range_c;
         Ok(Self {
+            plain: bound
+                .as_ref()
+                .and_then(|bound| Plain::new(&forward, bound, &saturated, temperature_range_c)),
             forward,
             terms,
             bound,
@@ -226,8 +247,8 @@ impl<T: Real> Compensation<T> {
                 vector::inverse(&forward.gyro.gain).0,
                 vector::inverse(&forward.accel.gain).0,
             ],
-            saturated: [threshold(Sensor::Gyro), threshold(Sensor::Accel)],
-            temperature_range_c: model.temperature_range_c,
+            saturated,
+            temperature_range_c,
             shape: Shape {
                 gyro_nonlinear: forward.gyro.is_nonlinear,
                 accel_nonlinear: forward.accel.is_nonlinear,
@@ -328,10 +349,18 @@ impl<T: Real> Compensation<T> {
         use Part::{Diagonal, Full, None};
         let shape = self.shape;
         let t = input.temperature_c;
-        work.gyro
-            .fill(&self.forward.gyro, &self.inverse[0], input.gyro, t);
-        work.accel
-            .fill(&self.forward.accel, &self.inverse[1], input.accel, t);
+        let common = common(t);
+        let reference_c = self.forward.reference_c;
+        let temperature = |errors: &TriadErrors<T>| {
+            if errors.depends_on_temperature() {
+                common
+            } else {
+                Some(reference_c)
+            }
+        };
+        let (gyro, accel) = (&self.forward.gyro, &self.forward.accel);
+        work.gyro.fill(gyro, input.gyro, t, temperature(gyro));
+        work.accel.fill(accel, input.accel, t, temperature(accel));
         if let Some(offset) = self.forward.axis_offset {
             for i in 0..N {
                 let wdot = take_from(input.gyro_rate, i);
@@ -394,14 +423,14 @@ impl<T: Real> Compensation<T> {
                     f = vector::apply(&take_matrix(&accel.inverse, i), rest);
                     put(&mut accel.solution, i, f);
                 }
-                if shape.offset != Part::None {
-                    let centripetal = if shape.offset == Part::Diagonal {
-                        r.centripetal_own(w)
-                    } else {
-                        r.centripetal(w)
-                    };
-                    let effect = vector::add(centripetal, take(&work.tangential, i));
-                    f = vector::sub(f, effect);
+                match shape.offset {
+                    Part::None => {}
+                    // ω̇ × r_k has no component along r_k.
+                    Part::Diagonal => f = vector::add(f, r.centrifugal_own(w)),
+                    Part::Full => {
+                        let effect = vector::add(r.centripetal(w), take(&work.tangential, i));
+                        f = vector::sub(f, effect);
+                    }
                 }
                 put(&mut work.force, i, f);
                 if shape.couples() || shape.gyro_nonlinear {
@@ -430,6 +459,12 @@ impl<T: Real> Compensation<T> {
     /// The flags of each sample; results of which a needed value is not finite become NaN.
     #[inline(always)]
     fn flag<const N: usize>(&self, input: &Lanes<'_, T, N>, work: &mut Work<T, N>) {
+        if let Some(plain) = &self.plain
+            && plain.holds(input, work)
+        {
+            work.flags = [0; N];
+            return;
+        }
         let mut limit = [[T::ZERO; N]; 2];
         let mut outside = [0_u32; N];
         match &self.bound {
@@ -519,6 +554,82 @@ impl<T: Real> Compensation<T> {
     }
 }
 
+/// The temperature of all samples, where it is one.
+#[inline(always)]
+fn common<T: Real, const N: usize>(temperature_c: &[T; N]) -> Option<T> {
+    let first = temperature_c[0];
+    let mut differs = 0_u32;
+    for i in 0..N {
+        differs |= u32::from(temperature_c[i] != first);
+    }
+    (differs == 0).then_some(first)
+}
+
+impl<T: Real> Plain<T> {
+    /// `None` where every sample has a flag, or where a limit is not finite.
+    fn new(
+        forward: &Measurement<T>,
+        bound: &Bound<T>,
+        saturated: &[[T; 3]; 2],
+        model_range_c: Option<[T; 2]>,
+    ) -> Option<Self> {
+        if !(bound.is_inside() && bound.limit.iter().all(|limit| limit.is_finite())) {
+            return None;
+        }
+        let mut temperature_c = None;
+        let mut depends = false;
+        for errors in [&forward.gyro, &forward.accel] {
+            for part in [&errors.bias_thermal, &errors.scale_thermal] {
+                if part.is_present() {
+                    depends = true;
+                    let default = crate::DEFAULT_RANGE_C.map(T::from_f64);
+                    let [low, high] = part.range_c().unwrap_or(default);
+                    let [lowest, highest] = temperature_c.unwrap_or([low, high]);
+                    temperature_c = Some([
+                        lowest.larger(low),
+                        if high < highest { high } else { highest },
+                    ]);
+                }
+            }
+        }
+        Some(Self {
+            output: saturated.map(|of| of.map(|x| if x <= T::INFINITY { x } else { T::INFINITY })),
+            limit: bound.limit,
+            temperature_c: if depends {
+                temperature_c
+            } else {
+                model_range_c
+            },
+        })
+    }
+
+    /// Whether no sample has a flag; where it says no, some may have none either.
+    #[inline(always)]
+    fn holds<const N: usize>(&self, input: &Lanes<'_, T, N>, work: &Work<T, N>) -> bool {
+        let Self { output, limit, .. } = *self;
+        let below = |v: [T; 3], edge: [T; 3]| {
+            (v[0].abs() < edge[0]) & (v[1].abs() < edge[1]) & (v[2].abs() < edge[2])
+        };
+        let within = |v: [T; 3], u: T| (v[0].abs() <= u) & (v[1].abs() <= u) & (v[2].abs() <= u);
+        let mut outside = 0_u32;
+        for i in 0..N {
+            let holds = below(take_from(input.gyro, i), output[0])
+                & below(take_from(input.accel, i), output[1])
+                & within(take(&work.gyro.solution, i), limit[0])
+                & within(take(&work.accel.solution, i), limit[1])
+                & within(take(&work.tangential, i), limit[1]);
+            outside |= u32::from(!holds);
+        }
+        if let Some([low, high]) = self.temperature_c {
+            for i in 0..N {
+                let t = input.temperature_c[i];
+                outside |= u32::from(!((t >= low) & (t <= high)));
+            }
+        }
+        outside == 0
+    }
+}
+
 impl<T: Real, const N: usize> Prepared<T, N> {
     #[inline(always)]
     fn zero() -> Self {
@@ -526,48 +637,72 @@ impl<T: Real, const N: usize> Prepared<T, N> {
             centered: [[T::ZERO; N]; 3],
             inverse: [[[T::ZERO; N]; 3]; 3],
             solution: [[T::ZERO; N]; 3],
+            held_c: None,
+            bias: [T::ZERO; 3],
+            matrix: [[T::ZERO; 3]; 3],
         }
     }
 
-    /// b taken off, the inverse matrix of each sample, and the start of the rounds.
+    /// b taken off, the inverse matrix of each sample, and the start of the rounds; `common_c`
+    /// is the temperature where all samples have the same, or where it changes nothing.
     #[inline(always)]
     fn fill(
         &mut self,
         errors: &TriadErrors<T>,
-        constant: &vector::Matrix<T>,
         y: [&[T; N]; 3],
         temperature_c: &[T; N],
+        common_c: Option<T>,
     ) {
+        if let Some(t) = common_c {
+            if self.held_c != Some(t) {
+                self.held_c = Some(t);
+                self.bias = errors.bias(t);
+                self.matrix = vector::inverse(&errors.gain(t)).0;
+                for j in 0..3 {
+                    for k in 0..3 {
+                        self.inverse[j][k] = [self.matrix[j][k]; N];
+                    }
+                }
+            }
+            let (bias, matrix) = (self.bias, self.matrix);
+            for i in 0..N {
+                let centered = vector::sub(take_from(y, i), bias);
+                put(&mut self.centered, i, centered);
+                put(&mut self.solution, i, vector::apply(&matrix, centered));
+            }
+            return;
+        }
+        self.held_c = None;
         let fixed = errors.triad.bias.fixed;
         let mut bias = [[fixed[0]; N], [fixed[1]; N], [fixed[2]; N]];
         errors.bias_thermal.add_to(temperature_c, &mut bias);
-        if errors.scale_thermal.is_present() {
-            let mut scale = [[T::ZERO; N]; 3];
-            errors.scale_thermal.add_to(temperature_c, &mut scale);
-            let at_reference = errors.gain;
+        if !errors.scale_thermal.is_present() {
+            let (matrix, _) = vector::inverse(&errors.gain);
             for i in 0..N {
-                let mut gain = at_reference;
-                for k in 0..3 {
-                    gain[k][k] += scale[k][i];
-                }
-                let (of_sample, _) = vector::inverse(&gain);
                 for j in 0..3 {
-                    put(&mut self.inverse[j], i, of_sample[j]);
+                    put(&mut self.inverse[j], i, matrix[j]);
                 }
+                let centered = vector::sub(take_from(y, i), take(&bias, i));
+                put(&mut self.centered, i, centered);
+                put(&mut self.solution, i, vector::apply(&matrix, centered));
             }
-        } else {
-            let constant = *constant;
-            for j in 0..3 {
-                for k in 0..3 {
-                    self.inverse[j][k] = [constant[j][k]; N];
-                }
-            }
+            return;
         }
+        let mut scale = [[T::ZERO; N]; 3];
+        errors.scale_thermal.add_to(temperature_c, &mut scale);
+        let at_reference = errors.gain;
         for i in 0..N {
+            let mut gain = at_reference;
+            for k in 0..3 {
+                gain[k][k] += scale[k][i];
+            }
+            let (of_sample, _) = vector::inverse(&gain);
+            for j in 0..3 {
+                put(&mut self.inverse[j], i, of_sample[j]);
+            }
             let centered = vector::sub(take_from(y, i), take(&bias, i));
-            let start = vector::apply(&take_matrix(&self.inverse, i), centered);
             put(&mut self.centered, i, centered);
-            put(&mut self.solution, i, start);
+            put(&mut self.solution, i, vector::apply(&of_sample, centered));
         }
     }
 }

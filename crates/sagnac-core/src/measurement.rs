@@ -84,6 +84,12 @@ impl<T: Real> TriadErrors<T> {
             && thermal(&self.scale_thermal)
     }
 
+    /// Whether bias or scale factor depend on temperature.
+    #[inline(always)]
+    pub(crate) fn depends_on_temperature(&self) -> bool {
+        self.bias_thermal.is_present() || self.scale_thermal.is_present()
+    }
+
     /// b at a temperature.
     #[inline]
     pub fn bias(&self, temperature_c: T) -> Vector<T> {

@@ -312,6 +312,18 @@ impl<T: Real> Thermal<T> {
         if !self.is_present() {
             return;
         }
+        if let ([row], None) = (self.polynomial(), &self.spline) {
+            // The usual case in one pass; without a range every temperature is within it.
+            let (row, reference_c) = (*row, self.reference_c);
+            let [low, high] = self.range_c.unwrap_or([-T::INFINITY, T::INFINITY]);
+            for i in 0..N {
+                let theta = temperature_c[i].held(low, high) - reference_c;
+                for axis in 0..3 {
+                    to[axis][i] += row[axis] * theta;
+                }
+            }
+            return;
+        }
         let mut t = *temperature_c;
         if let Some([low, high]) = self.range_c {
             for i in 0..N {
