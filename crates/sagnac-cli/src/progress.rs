@@ -11,6 +11,9 @@ pub(crate) struct Progress {
     shown: bool,
     wanted: bool,
     started: Instant,
+    label: String,
+    /// What is counted, where the rate is shown beside a known total.
+    counted: Option<&'static str>,
 }
 
 impl Progress {
@@ -30,7 +33,15 @@ impl Progress {
             shown: false,
             wanted,
             started: Instant::now(),
+            label: label.to_owned(),
+            counted: None,
         }
+    }
+
+    /// The same with the rate after the label: `simulating  12 M samples/s`.
+    pub(crate) fn with_rate(mut self, counted: &'static str) -> Self {
+        self.counted = Some(counted);
+        self
     }
 
     /// Says how far the work is, in the unit of `total`.
@@ -40,7 +51,23 @@ impl Progress {
                 .set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
             self.shown = true;
         }
+        if let Some(counted) = self.counted
+            && self.shown
+        {
+            let rate = done as f64 / self.started.elapsed().as_secs_f64();
+            self.bar
+                .set_message(format!("{}  {} {counted}/s", self.label, short(rate)));
+        }
         self.bar.set_position(done);
+    }
+}
+
+/// `12.3 M`, `950 k`.
+fn short(rate: f64) -> String {
+    match rate {
+        r if r >= 1e6 => format!("{:.1} M", r / 1e6),
+        r if r >= 1e3 => format!("{:.0} k", r / 1e3),
+        r => format!("{r:.0}"),
     }
 }
 

@@ -11,8 +11,9 @@
 use sagnac_core::{Measurement, Output, Sensor, SensorModel, Truth, vector};
 use sagnac_model::Model;
 use sagnac_model::units::{Dimension, parse_quantity};
+use sagnac_report::html::{ExplainPage, Opening, Rich};
 use sagnac_report::plots::{ExplainPanel, explain_panels};
-use sagnac_report::svg::Svg;
+use sagnac_report::svg::{Svg, page_number};
 use sagnac_report::text::{Document, general};
 use serde_json::{Value, json};
 
@@ -377,7 +378,11 @@ impl ExplainOutcome {
                     "{} is the largest {} error here: {} {} on {}.",
                     capital(words(term)),
                     sensor.name(),
-                    general(value * unit.per_si, 4),
+                    if page {
+                        page_number(&general(value * unit.per_si, 4))
+                    } else {
+                        general(value * unit.per_si, 4)
+                    },
                     if page { unit.term_page } else { unit.term },
                     axis.axis.rsplit('_').next().unwrap_or_default(),
                 ));
@@ -474,21 +479,67 @@ impl ExplainOutcome {
             .filter(|axis| axis.sensor == sensor)
             .map(|axis| ExplainPanel {
                 axis: axis.axis.clone(),
-                note: format!(
+                note: page_number(&format!(
                     "input {}, output {} {}",
                     general(axis.input * unit.level_per_si, 6),
                     general(axis.output * unit.level_per_si, 7),
                     unit.level_page
-                ),
+                )),
                 unit: unit.term_page.to_owned(),
                 terms: axis
                     .terms
                     .iter()
                     .map(|(term, value)| (term.clone(), value * unit.per_si))
                     .collect(),
-                sum: axis.terms.iter().map(|t| t.1).sum::<f64>() + 0.0 * unit.per_si,
+                sum: (axis.terms.iter().map(|t| t.1).sum::<f64>() + 0.0) * unit.per_si,
             })
             .collect()
+    }
+
+    /// The page: verdict, input, a panel an axis; `command` is what was typed.
+    pub fn to_page(&self, command: &str, version: &str) -> ExplainPage {
+        let three = |v: [f64; 3], per_si: f64| {
+            page_number(&v.map(|x| general(x * per_si + 0.0, 6)).join(", "))
+        };
+        let mut input = format!(
+            "f = ({}) m/s², ω = ({}) °/s",
+            three(self.at.specific_force, 1.0),
+            three(self.at.angular_rate, 1.0 / DEG)
+        );
+        if self.at.angular_acceleration != [0.0; 3] {
+            input += &format!(
+                ", ω̇ = ({}) rad/s²",
+                three(self.at.angular_acceleration, 1.0)
+            );
+        }
+        input += &format!(
+            ", T = {} °C",
+            page_number(&general(self.at.temperature_c, 5))
+        );
+        let mut limits = Vec::new();
+        if self.is_temperature_outside {
+            limits.push(Rich::new().plain(
+                "The temperature is outside the model’s range: the terms are taken at its nearer end.",
+            ));
+        }
+        ExplainPage {
+            opening: Opening {
+                name: self.name.clone(),
+                subtitle: input,
+                verdict: Rich::new().bold(self.verdict(true)),
+                version: version.to_owned(),
+                command: command.to_owned(),
+                method: Rich::new().plain(
+                    "The lecture’s equations (1) and (2) term by term; accelerometer terms at the force \
+                     that each accelerometer feels where it sits, so that axis offset is that force less the one at the \
+                     centre. Without run-to-run draws and noise.",
+                ),
+                limits,
+                ..Opening::default()
+            },
+            gyro: self.panels(Sensor::Gyro),
+            accel: self.panels(Sensor::Accel),
+        }
     }
 
     /// The picture: a row of panels a sensor.
@@ -579,6 +630,15 @@ mod tests {
                 .lines()
                 .all(|l| l.chars().count() <= 80)
         );
+        // The sum's bar is in the unit of the terms' bars.
+        for sensor in Sensor::ALL {
+            for panel in outcome.panels(sensor) {
+                let sum: f64 = panel.terms.iter().map(|t| t.1).sum();
+                assert!((panel.sum - sum).abs() <= 1e-12 * sum.abs());
+            }
+        }
+        let page = outcome.to_page("explain t.toml", "0").html();
+        assert!(page.contains("output less input"));
         assert!(parse_at("f=1 0 m/s^2", 25.0).is_err());
         assert!(parse_at("q=1", 25.0).is_err());
     }

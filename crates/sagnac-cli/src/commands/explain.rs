@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use sagnac::Error;
 use sagnac::explain::{explain, level_at_rest, parse_at};
 
+use crate::commands::characterize::command_line;
 use crate::context::Context;
 use crate::models;
 use crate::outputs::{Output, publish_all};
@@ -29,7 +30,10 @@ pub(crate) struct Args {
     /// A picture, .svg or .png
     #[arg(short, long, value_name = "F")]
     output: Option<PathBuf>,
-    /// Replace the picture where it exists
+    /// A page with the same panels
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+    /// Replace outputs that exist
     #[arg(long)]
     force: bool,
 }
@@ -52,6 +56,10 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         }
         None => None,
     };
+    let page = match &args.report {
+        Some(path) => Some(Output::claim(path, "--report", args.force)?),
+        None => None,
+    };
     let model = models::load(&args.model)?;
     let t0 = model.reference_temperature_c();
     let at = match &args.at {
@@ -59,7 +67,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         None => level_at_rest(t0),
     };
     let outcome = explain(&model, &at)?;
-    let mut written = Vec::new();
+    let mut outputs = Vec::new();
     if let Some((mut output, is_png)) = picture {
         let svg = outcome.svg();
         if is_png {
@@ -67,8 +75,14 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         } else {
             output.put(svg.standalone().as_bytes())?;
         }
-        written = publish_all(vec![output])?;
+        outputs.push(output);
     }
+    if let Some(mut output) = page {
+        let page = outcome.to_page(&command_line(), env!("CARGO_PKG_VERSION"));
+        output.put(page.html().as_bytes())?;
+        outputs.push(output);
+    }
+    let written = publish_all(outputs)?;
     context.show(|| outcome.document(), || outcome.to_json())?;
     context.wrote(&written)
 }

@@ -270,7 +270,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         },
         &mut |done, total| {
             progress
-                .get_or_insert_with(|| context.progress("simulating", total))
+                .get_or_insert_with(|| context.progress("simulating", total).with_rate("samples"))
                 .set(done);
         },
     )?;

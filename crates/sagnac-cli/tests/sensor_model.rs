@@ -1,0 +1,500 @@
+//! The sensor model through the built program: bad input to `simulate` and `correct` (refused, warned of or
+//! flagged in one sentence, nothing half written), the same bytes for any number of threads, the round trip.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+
+const MODEL: &str = r#"name = "Part"
+sample_rate = "100 Hz"
+temperature_range = ["-20 degC", "70 degC"]
+[gyro]
+range = "100 deg/s"
+[gyro.bias]
+fixed = "0.1 deg/s"
+temperature = [["0.01 deg/s/K", "0 deg/s/K", "0 deg/s/K"]]
+stability = "10 deg/h"
+[gyro.bias.instability]
+coefficient = "8 deg/h"
+[gyro.g_sensitivity]
+matrix = [["1 deg/h/g", "0 deg/h/g", "0 deg/h/g"], ["0 deg/h/g", "1 deg/h/g", "0 deg/h/g"], ["0 deg/h/g", "0 deg/h/g", "1 deg/h/g"]]
+[gyro.noise]
+angle_random_walk = "0.3 deg/sqrt(h)"
+rate_random_walk = "1.5 deg/h/sqrt(h)"
+gauss_markov = [{ sigma = "3 deg/h", correlation_time = "30 s" }]
+[accel]
+range = "4 g"
+[accel.scale_factor]
+fixed = "1000 ppm"
+[accel.noise]
+velocity_random_walk = "0.05 m/s/sqrt(h)"
+[accel.axis_offset]
+x = ["10 mm", "0 mm", "0 mm"]
+"#;
+
+const HEADER: &str = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s],\
+accel_x [m/s^2],accel_y [m/s^2],accel_z [m/s^2],temperature [degC]";
+
+fn sagnac(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sagnac"))
+        .current_dir(folder)
+        .args(args)
+        .timeout(std::time::Duration::from_mins(2))
+        .output()
+        .unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A folder with the model, and `log.csv` of 100 rows after a change by `edit` (row, cells).
+fn folder(edit: impl Fn(usize, &mut Vec<String>)) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("part.toml"), MODEL).unwrap();
+    let mut text = format!("{HEADER}\n");
+    for k in 0..100 {
+        let time = (k + 1) as f64 / 100.0;
+        let mut row = vec![time.to_string()];
+        for value in [0.1, -0.2, 0.3, 1.0, 0.5, -9.8, 30.0] {
+            row.push((value + 1e-4 * f64::from((k * 7 % 11) as u32)).to_string());
+        }
+        edit(k, &mut row);
+        let _ = writeln!(text, "{}", row.join(","));
+    }
+    fs::write(folder.path().join("log.csv"), text).unwrap();
+    folder
+}
+
+/// Refused with this exit code and word, on three lines at most, and no file is left.
+fn refused(folder: &Path, args: &[&str], code: i32, word: &str) {
+    let before = fs::read_dir(folder).unwrap().count();
+    let output = sagnac(folder, args);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+    assert!(said.starts_with("error: "), "{args:?}: {said}");
+    assert!(said.lines().count() <= 3, "{args:?}: {said}");
+    assert!(said.contains(word), "{args:?}: {said}");
+    assert_eq!(
+        fs::read_dir(folder).unwrap().count(),
+        before,
+        "{args:?} leaves a file"
+    );
+}
+
+/// Done; standard output and error together hold the word.
+fn said(folder: &Path, args: &[&str], word: &str) {
+    let output = sagnac(folder, args);
+    let all = format!(
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        stderr(&output)
+    );
+    assert!(output.status.success(), "{args:?}: {all}");
+    // Sentences are wrapped to the terminal.
+    let all = all.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(all.contains(word), "{args:?} lacks `{word}`: {all}");
+}
+
+/// Column `flags` of a corrected log.
+fn flags(path: &Path) -> Vec<u32> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let at = lines
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|name| name.starts_with("flags"))
+        .unwrap();
+    lines
+        .map(|line| line.split(',').nth(at).unwrap().parse::<f64>().unwrap() as u32)
+        .collect()
+}
+
+const CORRECT: [&str; 6] = [
+    "correct",
+    "part.toml",
+    "log.csv",
+    "-o",
+    "out.csv",
+    "--flags",
+];
+
+#[test]
+fn singular_and_wildly_wrong_matrices_are_refused() {
+    let folder = folder(|_, _| {});
+    for (name, table, word) in [
+        (
+            "singular.toml",
+            "[accel.scale_factor]\nfixed = [\"-100 %\", \"0 %\", \"0 %\"]\n",
+            "singular",
+        ),
+        (
+            "wild.toml",
+            "[gyro.scale_factor]\nfixed = \"300 %\"\n",
+            "as large as the signal",
+        ),
+        (
+            "lean.toml",
+            "[gyro.misalignment]\nfixed = { xy = \"1200 mrad\", xz = \"0 mrad\", yx = \"0 mrad\", yz = \"0 mrad\", zx = \"0 mrad\", zy = \"0 mrad\" }\n",
+            "as large as the signal",
+        ),
+    ] {
+        fs::write(folder.path().join(name), format!("name = \"x\"\n{table}")).unwrap();
+        refused(
+            folder.path(),
+            &["correct", name, "log.csv", "-o", "out.csv"],
+            1,
+            word,
+        );
+        refused(
+            folder.path(),
+            &["correct", name, "--emit", "c", "-o", "."],
+            1,
+            word,
+        );
+    }
+}
+
+#[test]
+fn models_outside_the_bound_are_warned_of_flagged_and_not_emitted() {
+    let folder = folder(|_, _| {});
+    let text = format!("{MODEL}\n[gyro.scale_factor]\nfixed = \"40 %\"\n");
+    fs::write(folder.path().join("part.toml"), text).unwrap();
+    said(
+        folder.path(),
+        &CORRECT,
+        "outside the convergence bound (q =",
+    );
+    assert!(
+        flags(&folder.path().join("out.csv"))
+            .iter()
+            .all(|f| f & 8 == 8)
+    );
+    refused(
+        folder.path(),
+        &["correct", "part.toml", "--emit", "rust", "-o", "."],
+        1,
+        "bound",
+    );
+}
+
+#[test]
+fn temperatures_outside_the_stated_range_are_told_and_flagged() {
+    let folder = folder(|k, row| {
+        if k == 7 {
+            row[7] = "80".to_owned();
+        }
+    });
+    said(
+        folder.path(),
+        &[
+            "simulate",
+            "part.toml",
+            "--rest",
+            "10 s",
+            "--temperature",
+            "ramp 20 degC 90 degC",
+            "-o",
+            "hot.csv",
+        ],
+        "temperature",
+    );
+    said(folder.path(), &CORRECT, "outside the model's validity");
+    let flags = flags(&folder.path().join("out.csv"));
+    assert_eq!((flags[6], flags[7], flags[8]), (0, 4, 0));
+}
+
+#[test]
+fn values_that_are_not_finite_are_refused_by_simulate_and_flagged_by_correct() {
+    let folder = folder(|k, row| {
+        if k == 41 {
+            row[2] = "nan".to_owned();
+        }
+    });
+    let inputs = [
+        "simulate",
+        "part.toml",
+        "--inputs",
+        "log.csv",
+        "-o",
+        "sim.csv",
+    ];
+    refused(folder.path(), &inputs, 1, "gyro_y");
+    let output = sagnac(folder.path(), &inputs);
+    assert!(
+        stderr(&output).contains("42"),
+        "names the row: {}",
+        stderr(&output)
+    );
+    said(folder.path(), &CORRECT, "Corrected 100 samples");
+    let flags = flags(&folder.path().join("out.csv"));
+    assert_eq!(flags[41] & 16, 16);
+    assert!(
+        flags
+            .iter()
+            .enumerate()
+            .all(|(k, f)| f & 16 == 0 || (40..=42).contains(&k))
+    );
+}
+
+#[test]
+fn gaps_in_the_inputs_are_warned_of() {
+    let folder = folder(|k, row| {
+        if k >= 60 {
+            row[0] = ((k + 51) as f64 / 100.0).to_string();
+        }
+    });
+    said(
+        folder.path(),
+        &[
+            "simulate",
+            "part.toml",
+            "--inputs",
+            "log.csv",
+            "-o",
+            "sim.csv",
+        ],
+        "gap",
+    );
+}
+
+#[test]
+fn trajectories_beyond_the_range_are_warned_of() {
+    let folder = folder(|_, _| {});
+    said(
+        folder.path(),
+        &[
+            "simulate",
+            "part.toml",
+            "--trajectory",
+            "rocket",
+            "--duration",
+            "30 s",
+            "-o",
+            "sim.csv",
+        ],
+        "end of its range",
+    );
+    refused(
+        folder.path(),
+        &[
+            "simulate",
+            "part.toml",
+            "--trajectory",
+            "rokcet",
+            "-o",
+            "sim2.csv",
+        ],
+        2,
+        "rocket",
+    );
+}
+
+#[test]
+fn saturated_samples_are_flagged_one_by_one() {
+    let folder = folder(|k, row| match k {
+        10 => row[1] = "1.7453292519943295".to_owned(),
+        11 => row[6] = "-39.2266".to_owned(),
+        12 => (row[3], row[4]) = ("-5".to_owned(), "60".to_owned()),
+        _ => {}
+    });
+    said(folder.path(), &CORRECT, "saturated");
+    let flags = flags(&folder.path().join("out.csv"));
+    assert_eq!(
+        [
+            flags[9] & 3,
+            flags[10] & 3,
+            flags[11] & 3,
+            flags[12] & 3,
+            flags[13] & 3
+        ],
+        [0, 1, 2, 3, 0]
+    );
+}
+
+#[test]
+fn the_rate_of_the_log_wins_with_a_warning() {
+    let folder = folder(|k, row| row[0] = ((k + 1) as f64 / 50.0).to_string());
+    said(
+        folder.path(),
+        &CORRECT,
+        "the log has 50 Hz, the model 100 Hz",
+    );
+    said(
+        folder.path(),
+        &[
+            "simulate",
+            "part.toml",
+            "--inputs",
+            "log.csv",
+            "-o",
+            "sim.csv",
+        ],
+        "50 Hz",
+    );
+}
+
+/// A limit on the size of files stands for a full disk: writing fails half-way.
+#[cfg(unix)]
+#[test]
+fn a_disk_that_fills_up_leaves_nothing_behind() {
+    let folder = folder(|_, _| {});
+    for (name, simulate) in [
+        ("big.npy", true),
+        ("big.csv", true),
+        ("big.csv.gz", true),
+        ("out.csv", false),
+    ] {
+        let work = if simulate {
+            format!("simulate part.toml --rest 10min -o {name}")
+        } else {
+            fs::copy(
+                folder.path().join("log.csv"),
+                folder.path().join("long.csv"),
+            )
+            .unwrap();
+            let rows: String = (0..20_000)
+                .map(|k| format!("{},0,0,0,0,0,-9.8,30\n", 2.0 + f64::from(k) / 100.0))
+                .collect();
+            fs::write(folder.path().join("long.csv"), format!("{HEADER}\n{rows}")).unwrap();
+            format!("correct part.toml long.csv -o {name}")
+        };
+        let before = fs::read_dir(folder.path()).unwrap().count();
+        let script = format!(
+            "trap '' XFSZ; ulimit -f 200; exec {} {work}",
+            env!("CARGO_BIN_EXE_sagnac")
+        );
+        let output = std::process::Command::new("bash")
+            .current_dir(folder.path())
+            .args(["-c", &script])
+            .output()
+            .unwrap();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}");
+        assert!(
+            said.starts_with("error: ") && said.lines().count() <= 3,
+            "{name}: {said}"
+        );
+        assert_eq!(
+            fs::read_dir(folder.path()).unwrap().count(),
+            before,
+            "{name}: {said}"
+        );
+    }
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let folder = folder(|_, _| {});
+    let at = folder.path();
+    for name in ["one.npy", "two.npy", "four.npy"] {
+        let threads = match name {
+            "one.npy" => "1",
+            "two.npy" => "2",
+            _ => "4",
+        };
+        let args = [
+            "simulate",
+            "part.toml",
+            "--trajectory",
+            "drive",
+            "--duration",
+            "5 min",
+            "--seed",
+            "7",
+            "--threads",
+            threads,
+            "-o",
+            name,
+        ];
+        assert!(sagnac(at, &args).status.success());
+        let corrected = format!("corrected-{name}");
+        let args = [
+            "correct",
+            "part.toml",
+            name,
+            "--flags",
+            "--threads",
+            threads,
+            "-o",
+            &corrected,
+        ];
+        assert!(sagnac(at, &args).status.success());
+        for pair in [("one.npy", name), ("corrected-one.npy", corrected.as_str())] {
+            assert!(
+                fs::read(at.join(pair.0)).unwrap() == fs::read(at.join(pair.1)).unwrap(),
+                "{name}"
+            );
+        }
+    }
+}
+
+/// Run 1 of several is the run made alone, and another run has other draws.
+#[test]
+fn runs_have_draws_of_their_own_and_the_first_is_the_run_alone() {
+    let folder = folder(|_, _| {});
+    let at = folder.path();
+    let args = ["simulate", "part.toml", "--rest", "10 s", "-o"];
+    assert!(
+        sagnac(at, &[&args[..], &["a.csv"]].concat())
+            .status
+            .success()
+    );
+    assert!(
+        sagnac(at, &[&args[..], &["b.csv", "--runs", "2"]].concat())
+            .status
+            .success()
+    );
+    let read = |name: &str| fs::read(at.join(name)).unwrap();
+    assert!(read("a.csv") == read("b-0001.csv"));
+    assert!(read("a.csv") != read("b-0002.csv"));
+}
+
+/// correct ∘ simulate = identity on a log of truth, where the model has neither noise nor rounding.
+#[test]
+fn correct_undoes_simulate() {
+    let folder = folder(|_, _| {});
+    let at = folder.path();
+    let simulate = [
+        "simulate",
+        "part.toml",
+        "--inputs",
+        "log.csv",
+        "--noise",
+        "none",
+        "-o",
+        "sim.csv",
+    ];
+    assert!(sagnac(at, &simulate).status.success());
+    assert!(
+        sagnac(at, &["correct", "part.toml", "sim.csv", "-o", "back.csv"])
+            .status
+            .success()
+    );
+    let numbers = |name: &str| -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(at.join(name)).unwrap();
+        text.lines()
+            .skip(1)
+            .map(|l| l.split(',').map(|c| c.parse().unwrap()).collect())
+            .collect()
+    };
+    for (want, got) in numbers("log.csv").iter().zip(numbers("back.csv")) {
+        for (column, (want, got)) in want.iter().zip(got).enumerate() {
+            // Angular acceleration is a slope of samples: the accelerometer's size effect is exact to its error only.
+            let allowed = if (4..7).contains(&column) {
+                1e-6
+            } else {
+                1e-11
+            };
+            assert!(
+                (want - got).abs() <= allowed,
+                "column {column}: {want} {got}"
+            );
+        }
+    }
+}
