@@ -25,6 +25,7 @@ cargo xtask TASK
   tidy      the rules on files alone
   pages     pages and plots, measured in a headless browser
   fidelity  the joint estimate against known truth: [--axes N] [--seed S] [--set basic,wide,weak,corners]
+  emitted   the emitted C, float and double, against the library: 20 models, a million readings each
   embedded  core and noise without std; the Cortex-M4's object without a panic path
   python    the cross-checks against independent Python implementations
 ";
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         "fidelity" => steps.run("fidelity", || {
             fidelity::run(&std::env::args().skip(2).collect::<Vec<_>>())
         }),
+        "emitted" => emitted(&mut steps),
         "embedded" => steps.run("without std", embedded::run),
         "pages" => steps.run("pages in a browser", pages::run),
         "python" => steps.run("python cross-checks", python::run),
@@ -86,10 +88,29 @@ fn test(steps: &mut Steps) {
         &["doc", "--workspace", "--no-deps", "--quiet"],
         &[("RUSTDOCFLAGS", "-D warnings")],
     );
+    emitted(steps);
     steps.cargo("release build", &["build", "--release", "--quiet"]);
     steps.run("without std", embedded::run);
     steps.run("pages in a browser", pages::run);
     steps.run("python cross-checks", python::run);
+}
+
+/// Compiles the C of 20 models with gcc and feeds each a million random readings.
+fn emitted(steps: &mut Steps) {
+    steps.cargo_with(
+        "emitted C, a million readings a model",
+        &[
+            "test",
+            "--release",
+            "--quiet",
+            "-p",
+            "sagnac-model",
+            "--test",
+            "emitted_source",
+            "emitted_c",
+        ],
+        &[("SAGNAC_EMIT_READINGS", "1000000")],
+    );
 }
 
 fn deny() -> Result<(), String> {
