@@ -278,7 +278,7 @@ fn trajectories_beyond_the_range_are_warned_of() {
             "-o",
             "sim.csv",
         ],
-        "end of its range",
+        "is saturated in",
     );
     refused(
         folder.path(),

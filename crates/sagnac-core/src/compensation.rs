@@ -396,7 +396,10 @@ impl<T: Real> Compensation<T> {
             (false, false, Full, false, false, None),
             (false, false, None, false, false, Full),
             (false, false, Full, false, false, Full),
+            (false, false, Diagonal, false, false, Diagonal),
             (false, false, Diagonal, false, true, Diagonal),
+            (true, true, Diagonal, false, false, Diagonal),
+            (true, true, Diagonal, false, true, Diagonal),
             (false, false, Full, true, true, Full),
             (true, true, Full, false, false, Full),
             (true, true, Full, true, true, Full)

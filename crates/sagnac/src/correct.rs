@@ -370,11 +370,6 @@ impl Work {
         }
     }
 
-    fn is_joined(&self, pending: &Pending, before: usize, after: usize) -> bool {
-        let step = self.time_s(pending, after) - self.time_s(pending, before);
-        step > 0.0 && step <= 1.5 * self.dt_s
-    }
-
     /// How many rows behind the written ones can be corrected.
     fn ready(&self, pending: &Pending, is_end: bool) -> usize {
         let waiting = pending.block.rows - pending.history;
@@ -387,9 +382,14 @@ impl Work {
     }
 
     /// ω̇ at a row: slope of the parabola through it and its neighbors, or the nearest three.
-    fn slope(&self, pending: &Pending, w: &[Vec<f64>; 3], row: usize) -> [f64; 3] {
-        let rows = pending.block.rows;
-        let joined = |a: usize, b: usize| b < rows && self.is_joined(pending, a, b);
+    fn slope(&self, times_s: &[f64], w: &[Vec<f64>; 3], row: usize) -> [f64; 3] {
+        let rows = times_s.len();
+        let joined = |a: usize, b: usize| {
+            b < rows && {
+                let step = times_s[b] - times_s[a];
+                step > 0.0 && step <= 1.5 * self.dt_s
+            }
+        };
         let before = row > 0 && joined(row - 1, row);
         let after = joined(row, row + 1);
         let (places, count) = match (before, after) {
@@ -401,7 +401,7 @@ impl Work {
             (false, false) => ([row; 3], 0),
         };
         let points = &places[..count];
-        let t = |i: usize| self.time_s(pending, i) - self.time_s(pending, row);
+        let t = |i: usize| times_s[i] - times_s[row];
         let of = |k: usize| match points {
             [a, b] => (w[k][*b] - w[k][*a]) / (t(*b) - t(*a)),
             [a, b, c] => {
@@ -473,8 +473,11 @@ impl Work {
         let (mut w, mut f, mut marks) = self.run(pending, None);
         if self.needs_slope {
             let mut rate = [0; 3].map(|_| vec![0.0; pending.block.rows]);
+            let times_s: Vec<f64> = (0..pending.block.rows)
+                .map(|row| self.time_s(pending, row))
+                .collect();
             for row in pending.history..pending.history + ready {
-                let slope = self.slope(pending, &w, row);
+                let slope = self.slope(&times_s, &w, row);
                 for k in 0..3 {
                     rate[k][row] = slope[k];
                 }

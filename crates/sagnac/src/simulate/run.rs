@@ -8,8 +8,8 @@
 
 use rayon::prelude::*;
 use sagnac_core::{
-    Draw, Measurement, OffDiagonal, OutputBlock, OutputStage, Sensor, SensorModel, Truth,
-    TruthBlock,
+    Draw, Measurement, OffDiagonal, OutputBlock, OutputStage, Real as _, Sensor, SensorModel,
+    Truth, TruthBlock,
 };
 use sagnac_model::Model;
 use sagnac_noise::{AxisGenerator, Purpose, StreamKey, TermSet};
@@ -312,6 +312,21 @@ fn from(channels: &[Vec<f64>; 3], first: usize) -> [&[f64]; 3] {
     channels.each_ref().map(|c| c.get(first..).unwrap_or(&[]))
 }
 
+/// Adds the noise (none where it is empty), clamps to ±`range`, and counts samples from `limit` on.
+fn add_and_clamp(column: &mut [f64], noise: &[f64], range: f64, limit: f64) -> u64 {
+    for (value, noise) in column.iter_mut().zip(noise) {
+        *value += noise;
+    }
+    let mut clipped = 0;
+    if range.is_finite() {
+        for value in column {
+            *value = value.held(-range, range);
+            clipped += u64::from(value.abs() >= limit);
+        }
+    }
+    clipped
+}
+
 impl SensorRun {
     /// Adds the random terms and passes the sum through low-pass, saturation and rounding.
     fn put_out(&mut self, core: &SensorModel<f64>, dt_s: f64) {
@@ -320,6 +335,20 @@ impl SensorRun {
             return;
         }
         let triad = core.triad(self.sensor);
+        if !triad.bandwidth.is_present() && !triad.resolution.is_present() {
+            // A sample depends on no other one: axis by axis, in vector instructions.
+            for (axis, column) in [x, y, z].into_iter().enumerate() {
+                let (range, limit) = (triad.range.limit[axis], self.limits[axis]);
+                let noise = &self.axes[axis].noise;
+                let total: &[f64] = if noise.is_silent() {
+                    &[]
+                } else {
+                    &self.axes[axis].total
+                };
+                self.clipped[axis] += add_and_clamp(column, total, range, limit);
+            }
+            return;
+        }
         let stage = self
             .stage
             .get_or_insert_with(|| OutputStage::new(triad, dt_s, [x[0], y[0], z[0]]));
@@ -329,9 +358,6 @@ impl SensorRun {
                     *value += noise;
                 }
             }
-        }
-        if stage.is_transparent() {
-            return;
         }
         for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
             let out = stage.next_sample([*x, *y, *z]);
