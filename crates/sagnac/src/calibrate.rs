@@ -6,6 +6,8 @@ mod json;
 mod merge;
 mod model_file;
 mod plan;
+mod multi_position;
+mod place;
 mod table;
 mod text;
 mod units;
@@ -13,6 +15,10 @@ mod units;
 pub use certificate::PageFacts;
 pub use merge::{MergeOutcome, MergeRequest, Unequal, merge};
 pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
+pub use multi_position::{MultiPositionOutcome, MultiPositionRequest, multi_position};
+pub use place::Place;
+
+use place::place_gravity;
 
 use sagnac_calibrate::stations::{self, Asked, Options, Outcome, Station, reference};
 

@@ -28,7 +28,7 @@ pub struct Addition {
 }
 
 /// The 26 directions of faces, edges and corners.
-pub(super) fn directions() -> Vec<([f64; 3], String)> {
+pub(crate) fn directions() -> Vec<([f64; 3], String)> {
     let mut out = Vec::new();
     for wanted in 1..=3 {
         for code in 0..27 {

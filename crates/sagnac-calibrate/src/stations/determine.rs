@@ -32,18 +32,18 @@ impl Status {
 
 /// A member of a group as admission sees it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
+pub(crate) struct Candidate {
     /// Its place among the columns.
-    pub(super) column: usize,
+    pub(crate) column: usize,
     /// Plausible size.
-    pub(super) plausible: f64,
+    pub(crate) plausible: f64,
     /// Weak whatever its standard error is (no rate that tells).
-    pub(super) weak: bool,
+    pub(crate) weak: bool,
 }
 
 /// Admits groups in order; `design` holds weighted columns (or their triangular factor, which has the same
 /// inner products). Standard errors count only where `has_errors`.
-pub(super) fn admit(
+pub(crate) fn admit(
     design: &DMatrix<f64>,
     groups: &[Vec<Candidate>],
     has_errors: bool,

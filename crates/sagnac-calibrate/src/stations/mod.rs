@@ -19,9 +19,9 @@
 //! # Ok::<(), sagnac_calibrate::stations::Error>(())
 //! ```
 
-mod add;
+pub(crate) mod add;
 mod check;
-mod determine;
+pub(crate) mod determine;
 mod fit;
 mod magnitude;
 mod outcome;

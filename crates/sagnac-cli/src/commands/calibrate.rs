@@ -3,6 +3,7 @@
 mod common;
 mod merge;
 mod plan;
+mod multi_position;
 mod stations;
 
 use clap::Subcommand;
@@ -23,6 +24,7 @@ enum Action {
     Stations(Box<stations::Args>),
     Plan(Box<plan::Args>),
     Merge(merge::Args),
+    MultiPosition(Box<multi_position::Args>),
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
@@ -30,5 +32,6 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         Action::Stations(args) => stations::run(args, context),
         Action::Plan(args) => plan::run(args, context),
         Action::Merge(args) => merge::run(args, context),
+        Action::MultiPosition(args) => multi_position::run(args, context),
     }
 }

@@ -21,7 +21,7 @@ pub struct PageFacts {
     pub inputs: Vec<(String, String)>,
 }
 
-fn page_unit(unit: &str) -> String {
+pub(super) fn page_unit(unit: &str) -> String {
     let mut out = unit
         .replace("deg", "°")
         .replace("^2", "²")
@@ -315,7 +315,7 @@ fn latitude(phi_rad: f64) -> String {
 }
 
 /// Terminal spelling as on a page.
-fn page_words(text: &str) -> String {
+pub(super) fn page_words(text: &str) -> String {
     text.replace(" ug", " µg")
         .replace(" - g", " − g")
         .replace("m/s^2", "m/s²")

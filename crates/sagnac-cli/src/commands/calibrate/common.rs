@@ -117,3 +117,31 @@ pub(super) fn hash_of(path: &Path) -> Result<String, Error> {
     }
     Ok(out)
 }
+
+impl Place {
+    /// As the library takes it.
+    pub(super) fn to_place(&self) -> Result<sagnac::calibrate::Place, Error> {
+        Ok(sagnac::calibrate::Place {
+            latitude_rad: self.latitude_rad()?,
+            height_m: self.height_m()?,
+            gravity_m_s2: self.gravity_m_s2()?,
+        })
+    }
+}
+
+/// SHA-256 of a file, read in pieces; none of a pipe or a folder.
+pub(super) fn hash_of(path: &Path) -> Result<Option<String>, Error> {
+    use std::fmt::Write as _;
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let cannot = |error| crate::outputs::cannot(path, &error);
+    let mut file = std::fs::File::open(path).map_err(cannot)?;
+    let mut hash = Sha256::new();
+    std::io::copy(&mut file, &mut hash).map_err(cannot)?;
+    let mut out = String::with_capacity(64);
+    for byte in hash.finalize() {
+        let _ = write!(out, "{byte:02x}");
+    }
+    Ok(Some(out))
+}

@@ -1,0 +1,222 @@
+//! "Turn it so next": poses and turns that bring every term below a thirtieth of its plausible size.
+//!
+//! Greedy on the information matrix: Λ ← Λ + jᵀj of a pose (turn) with the median noise of those found.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use super::turns::{self, Correction};
+use super::{PoseToAdd, TurnToAdd, accel, gyro};
+use crate::stations::add::directions;
+
+/// Most poses or turns that are proposed.
+const MOST: usize = 20;
+
+/// What is known of some terms, in units of their plausible sizes.
+struct Belief {
+    covariance: DMatrix<f64>,
+    sizes: Vec<f64>,
+}
+
+/// A term is good enough below this part of its plausible size.
+const GOOD: f64 = 1.0 / 30.0;
+
+impl Belief {
+    fn new(design: &DMatrix<f64>, sizes: Vec<f64>) -> Option<Self> {
+        let q = sizes.len();
+        let x = DMatrix::from_fn(design.nrows(), q, |i, j| design[(i, j)] * sizes[j]);
+        let information = x.transpose() * &x + DMatrix::identity(q, q);
+        Some(Self {
+            covariance: information.try_inverse()?,
+            sizes,
+        })
+    }
+
+    fn sigma(&self, j: usize) -> f64 {
+        self.covariance[(j, j)].max(0.0).sqrt()
+    }
+
+    fn after(&self, rows: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let x = DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, j| {
+            rows[(i, j)] * self.sizes[j]
+        });
+        let gain = &self.covariance * x.transpose();
+        let inner = (&x * &gain + DMatrix::identity(x.nrows(), x.nrows())).try_inverse()?;
+        Some(&self.covariance - &gain * inner * gain.transpose())
+    }
+
+    /// The candidate after which the terms still open are known best, and the term it helps most.
+    fn best(
+        &self,
+        candidates: &[DMatrix<f64>],
+        judged: &[usize],
+    ) -> Option<(usize, usize, DMatrix<f64>)> {
+        let open: Vec<usize> = judged
+            .iter()
+            .copied()
+            .filter(|j| self.sigma(*j) > GOOD)
+            .collect();
+        if open.is_empty() {
+            return None;
+        }
+        candidates
+            .iter()
+            .enumerate()
+            .filter_map(|(i, rows)| {
+                let after = self.after(rows)?;
+                let fall = |j: usize| (self.covariance[(j, j)] / after[(j, j)].max(1e-300)).ln();
+                let score: f64 = open.iter().map(|j| fall(*j)).sum();
+                let helped = open
+                    .iter()
+                    .copied()
+                    .max_by(|a, b| fall(*a).total_cmp(&fall(*b)))?;
+                (score > 1e-6).then_some((score, i, helped, after))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, i, j, after)| (i, j, after))
+    }
+}
+
+/// Poses to add to those found.
+pub(super) fn poses(
+    fit: &accel::Fit,
+    asked: &[bool; 9],
+    se: [f64; 3],
+    gravity: f64,
+) -> Vec<PoseToAdd> {
+    let judged: Vec<usize> = (0..9).filter(|j| asked[*j]).collect();
+    let Some(mut belief) = Belief::new(&fit.design, accel::PLAUSIBLE.to_vec()) else {
+        return Vec::new();
+    };
+    let Ok(inverse) = fit.state.inverse() else {
+        return Vec::new();
+    };
+    let all = directions();
+    let candidates: Vec<DMatrix<f64>> = all
+        .iter()
+        .map(|(d, _)| {
+            let (row, v) = accel::row(&(Vector3::from(*d) * gravity), &inverse);
+            let sigma = (0..3).map(|k| (v[k] * se[k]).powi(2)).sum::<f64>().sqrt();
+            DMatrix::from_fn(1, 9, |_, j| row[j] / sigma)
+        })
+        .collect();
+    let mut out = Vec::new();
+    while out.len() < MOST {
+        let Some((i, j, after)) = belief.best(&candidates, &judged) else {
+            break;
+        };
+        let size = belief.sizes[j];
+        let (k, term) = accel::TERMS[j];
+        out.push(PoseToAdd {
+            up: all[i].0,
+            words: all[i].1.clone(),
+            improves: term.name(sagnac_core::Sensor::Accel, k),
+            sigma_before: belief.sigma(j) * size,
+            sigma_after: after[(j, j)].max(0.0).sqrt() * size,
+        });
+        belief.covariance = after;
+    }
+    out
+}
+
+/// Turns to add: a quarter turn about each of the 26 axes, gravity across it.
+pub(super) fn turns(
+    fit: &gyro::Fit,
+    asked: &[bool; 21],
+    correction: &Correction,
+    length_s: f64,
+    direction_sigma: f64,
+    gravity: f64,
+) -> Vec<TurnToAdd> {
+    let judged: Vec<usize> = (3..21).filter(|j| asked[*j]).collect();
+    // The bias has no plausible size: one larger than any that is met.
+    let sizes = (0..21)
+        .map(|j| if j < 3 { 1.0 } else { gyro::plausible(j) })
+        .collect();
+    let Some(mut belief) = Belief::new(&fit.design, sizes) else {
+        return Vec::new();
+    };
+    let all = directions();
+    let steps = 40;
+    let dt = length_s.max(0.1) / f64::from(steps);
+    let rate = std::f64::consts::FRAC_PI_2 / length_s.max(0.1);
+    let candidates: Vec<DMatrix<f64>> = all
+        .iter()
+        .map(|(d, _)| {
+            let axis = Vector3::from(*d);
+            let mut helper = Vector3::zeros();
+            helper[axis.iamin()] = 1.0;
+            let up = axis.cross(&helper).normalize();
+            let unit = Correction {
+                bias: Vector3::zeros(),
+                inverse: Matrix3::identity(),
+                g: Matrix3::zeros(),
+                sigma: correction.sigma,
+            };
+            let force = up * gravity;
+            let swept = turns::sweep((0..steps).map(|_| (axis * rate, force)), &unit, dt);
+            let to = swept.rotation * up;
+            let rows = gyro::turn_rows(&swept, &Matrix3::identity(), &up, &to);
+            DMatrix::from_fn(2, 21, |c, j| {
+                let variance = rows.noise[c][c] + 2.0 * direction_sigma.powi(2);
+                rows.jacobian[c][j] / variance.sqrt()
+            })
+        })
+        .collect();
+    let mut out = Vec::new();
+    while out.len() < MOST {
+        let Some((i, j, after)) = belief.best(&candidates, &judged) else {
+            break;
+        };
+        let size = belief.sizes[j];
+        let (k, term) = gyro::TERMS[j];
+        out.push(TurnToAdd {
+            axis: all[i].0,
+            words: all[i].1.clone(),
+            improves: term.name(sagnac_core::Sensor::Gyro, k),
+            sigma_before: belief.sigma(j) * size,
+            sigma_after: after[(j, j)].max(0.0).sqrt() * size,
+        });
+        belief.covariance = after;
+    }
+    out
+}
+
+/// The share of all directions that lie within 30° of a pose.
+pub(super) fn covered(directions: &[Vector3<f64>]) -> f64 {
+    const POINTS: u32 = 2000;
+    let limit = 30f64.to_radians().cos();
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let near = (0..POINTS)
+        .filter(|i| {
+            let z = 1.0 - (2.0 * f64::from(*i) + 1.0) / f64::from(POINTS);
+            let r = (1.0 - z * z).sqrt();
+            let a = golden * f64::from(*i);
+            let p = Vector3::new(r * a.cos(), r * a.sin(), z);
+            directions.iter().any(|d| d.dot(&p) > limit)
+        })
+        .count();
+    near as f64 / f64::from(POINTS)
+}
+
+/// How many of the directions are distinct: more than `apart` from all counted before.
+pub(super) fn distinct(directions: &[Vector3<f64>], apart_rad: f64) -> Vec<Vector3<f64>> {
+    let limit = apart_rad.cos();
+    let mut out: Vec<Vector3<f64>> = Vec::new();
+    for d in directions {
+        if out.iter().all(|o| o.dot(d) < limit) {
+            out.push(*d);
+        }
+    }
+    out
+}
+
+/// Whether all directions lie near one plane (through the origin), by the smallest principal spread.
+pub(super) fn in_a_plane(directions: &[Vector3<f64>]) -> bool {
+    let n = directions.len().max(1) as f64;
+    let mut sum = Matrix3::zeros();
+    for d in directions {
+        sum += d * d.transpose();
+    }
+    let spread = DVector::from_iterator(3, (sum / n).symmetric_eigenvalues().iter().copied());
+    spread.min() < 0.01
+}

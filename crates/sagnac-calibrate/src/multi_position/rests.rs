@@ -1,0 +1,315 @@
+//! Rests of a hand-turned log: where the windowed variance of both sensors stays at its quiet level.
+//!
+//! s = max(V_a/q_a, V_g/q_g), V the variance over 0.3 s summed over the axes, q its quietest tenth; the threshold
+//! lies above the lower of the two modes of ln s. Detector after `[TEDALDI2014]`.
+
+use super::Recording;
+use crate::interval::median;
+
+/// Length of the window.
+const WINDOW_S: f64 = 0.3;
+/// Shortest rest.
+const SHORTEST_S: f64 = 0.5;
+/// Cut at both ends.
+const CUT_S: f64 = 0.15;
+/// Block of the Allan variance that gives the noise.
+const BLOCK_S: f64 = 0.25;
+
+/// A still pose: the samples used, `first` to `end` (exclusive), and their means.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Rest {
+    pub(super) first: usize,
+    pub(super) end: usize,
+    pub(super) accel: [f64; 3],
+    pub(super) gyro: Option<[f64; 3]>,
+}
+
+impl Rest {
+    pub(super) fn samples(&self) -> f64 {
+        (self.end - self.first) as f64
+    }
+}
+
+/// What the detector found.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub(super) rests: Vec<Rest>,
+    /// Standard deviation of an accelerometer axis at the threshold \[m/s²\].
+    pub(super) threshold_m_s2: f64,
+    /// Quiet level: standard deviation of an accelerometer and a gyro axis.
+    pub(super) quiet: [f64; 2],
+    /// Samples before which the log has a gap.
+    pub(super) gaps: Vec<usize>,
+}
+
+/// Variance over a window, summed over the axes; infinite where a value is not finite.
+fn variance(axes: &[&[f64]; 3], from: usize, to: usize) -> f64 {
+    let n = (to - from) as f64;
+    let mut sum = 0.0;
+    for axis in axes {
+        let part = &axis[from..to];
+        let origin = part[0];
+        let (mut s1, mut s2) = (0.0, 0.0);
+        for v in part {
+            let d = v - origin;
+            s1 += d;
+            s2 += d * d;
+        }
+        sum += (s2 - s1 * s1 / n) / (n - 1.0);
+    }
+    if sum.is_finite() {
+        sum.max(0.0)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// The smallest step between neighbouring values, squared over 12 and summed: no variance lies below rounding.
+fn rounding(axes: &[&[f64]; 3]) -> f64 {
+    axes.iter()
+        .map(|axis| {
+            let step = axis
+                .windows(2)
+                .map(|w| (w[1] - w[0]).abs())
+                .filter(|d| *d > 0.0)
+                .fold(f64::INFINITY, f64::min);
+            if step.is_finite() {
+                step * step / 12.0
+            } else {
+                0.0
+            }
+        })
+        .sum()
+}
+
+/// The quiet level of windowed variances: the middle of their quietest tenth.
+fn quiet_level(variances: &[f64], floor: f64) -> f64 {
+    let mut sorted: Vec<f64> = variances
+        .iter()
+        .copied()
+        .filter(|v| v.is_finite())
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+        .get(sorted.len() / 20)
+        .map_or(floor, |v| v.max(floor))
+        .max(f64::MIN_POSITIVE)
+}
+
+/// Width of a bin of the histogram of ln s.
+const BIN: f64 = 0.25;
+
+/// Otsu's split of a histogram: the last bin of the lower class, by the largest variance between the two.
+fn split(counts: &[f64]) -> usize {
+    let n: f64 = counts.iter().sum();
+    let total: f64 = counts.iter().enumerate().map(|(i, c)| i as f64 * c).sum();
+    let (mut below, mut sum, mut best, mut at) = (0.0, 0.0, -1.0, 0);
+    for (i, count) in counts.iter().enumerate() {
+        below += count;
+        sum += i as f64 * count;
+        if below == 0.0 || below >= n {
+            continue;
+        }
+        let d = sum / below - (total - sum) / (n - below);
+        let between = below * (n - below) * d * d;
+        if between > best {
+            (best, at) = (between, i);
+        }
+    }
+    at
+}
+
+/// The threshold on ln s: the first valley above the still mode; none where there is one mode alone.
+///
+/// Between still and turning lie windows in which a hand touches the sensor: they are no rest, so the valley next to
+/// the still mode counts, not the middle.
+fn threshold(logs: &[f64]) -> Option<f64> {
+    let finite: Vec<f64> = logs.iter().copied().filter(|v| v.is_finite()).collect();
+    let low = finite.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if finite.len() < 2 || high - low < 0.7 {
+        return None;
+    }
+    let bins = (((high - low) / BIN) as usize + 1).clamp(4, 4096);
+    let mut counts = vec![0.0; bins];
+    for v in &finite {
+        counts[(((v - low) / BIN) as usize).min(bins - 1)] += 1.0;
+    }
+    let at = low + (split(&counts) + 1) as f64 * BIN;
+    let (still, moving): (Vec<f64>, Vec<f64>) = finite.iter().partition(|v| **v < at);
+    let (lower, upper) = (median(still)?, median(moving)?);
+    if upper - lower < 1.0 {
+        return None;
+    }
+    let smooth: Vec<f64> = (0..bins)
+        .map(|i| {
+            let of = |j: usize| counts.get(j).copied().unwrap_or(0.0);
+            (if i > 0 { of(i - 1) } else { 0.0 }) + 2.0 * of(i) + of(i + 1)
+        })
+        .collect();
+    let middle = f64::midpoint(lower, upper);
+    let last = (((middle - low) / BIN) as usize).min(bins - 1);
+    let peak = (0..=last).max_by(|a, b| smooth[*a].total_cmp(&smooth[*b]))?;
+    let mut valley = peak;
+    while valley < last
+        && smooth[valley] > 0.05 * smooth[peak]
+        && smooth[valley + 1] < 1.1 * smooth[valley]
+    {
+        valley += 1;
+    }
+    // The lower side of the still mode is free of what touches the sensor.
+    let mode = low + (peak as f64 + 0.5) * BIN;
+    let side: Vec<f64> = finite
+        .iter()
+        .filter(|v| **v < mode)
+        .map(|v| mode - v)
+        .collect();
+    let spread = 1.4826 * median(side).unwrap_or(0.0);
+    let found = low + (valley as f64 + 0.5) * BIN;
+    Some(
+        found
+            .max(mode + 5.0 * spread)
+            .max(mode + 2f64.ln())
+            .min(middle),
+    )
+}
+
+/// Finds the rests.
+pub(super) fn find(recording: &Recording) -> Found {
+    let n = recording.samples();
+    let dt = recording.dt_s;
+    let window = ((WINDOW_S / dt).round() as usize).max(4);
+    let stride = (window / 10).max(1);
+    let sensors: Vec<[&[f64]; 3]> = std::iter::once(recording.accel)
+        .chain(recording.gyro)
+        .collect();
+    let mut found = Found {
+        rests: Vec::new(),
+        threshold_m_s2: 0.0,
+        quiet: [0.0; 2],
+        gaps: recording.gaps(),
+    };
+    if n < window {
+        return found;
+    }
+    let starts: Vec<usize> = (0..=n - window).step_by(stride).collect();
+    let mut logs = vec![f64::NEG_INFINITY; starts.len()];
+    for (i, axes) in sensors.iter().enumerate() {
+        let variances: Vec<f64> = starts
+            .iter()
+            .map(|s| variance(axes, *s, s + window))
+            .collect();
+        let level = quiet_level(&variances, rounding(axes));
+        found.quiet[i] = (level / 3.0).sqrt();
+        for (log, v) in logs.iter_mut().zip(&variances) {
+            *log = log.max((v.max(level * 1e-3) / level).ln());
+        }
+    }
+    let limit = threshold(&logs).unwrap_or(f64::MAX);
+    found.threshold_m_s2 = if limit == f64::MAX {
+        found.quiet[0] * 2f64.sqrt()
+    } else {
+        found.quiet[0] * (limit / 2.0).exp()
+    };
+    // A quiet window makes all its samples still.
+    let mut still = vec![false; n];
+    let mut marked = 0;
+    for (s, log) in starts.iter().zip(&logs) {
+        if *log <= limit {
+            still[(*s).max(marked)..s + window].fill(true);
+            marked = s + window;
+        }
+    }
+    let shortest = (SHORTEST_S / dt).round() as usize;
+    let cut = (CUT_S / dt).ceil() as usize;
+    let mut breaks = found.gaps.iter().copied().peekable();
+    let mut k = 0;
+    while k < n {
+        if !still[k] {
+            k += 1;
+            continue;
+        }
+        let first = k;
+        while breaks.next_if(|b| *b <= first).is_some() {}
+        let stop = breaks.peek().copied().unwrap_or(n);
+        while k < n && still[k] && k < stop {
+            k += 1;
+        }
+        if k - first >= shortest && k - first > 2 * cut + 3 {
+            found.rests.push(rest(&sensors, first + cut, k - cut));
+        }
+    }
+    found
+}
+
+fn rest(sensors: &[[&[f64]; 3]], first: usize, end: usize) -> Rest {
+    let mean = |axes: &[&[f64]; 3]| {
+        axes.map(|axis| {
+            let part = &axis[first..end];
+            let origin = part[0];
+            origin + part.iter().map(|v| v - origin).sum::<f64>() / part.len() as f64
+        })
+    };
+    Rest {
+        first,
+        end,
+        accel: mean(&sensors[0]),
+        gyro: sensors.get(1).map(mean),
+    }
+}
+
+/// Standard deviation of a sample of each axis: Allan variance of 0.25 s block means at lag one, pooled over the rests.
+pub(super) fn noise(axes: &[&[f64]; 3], rests: &[Rest], dt_s: f64) -> [f64; 3] {
+    let block = ((BLOCK_S / dt_s).round() as usize).max(1);
+    axes.map(|axis| {
+        let (mut sum, mut pairs) = (0.0, 0.0);
+        let (mut scatter, mut freedom) = (0.0, 0.0);
+        for rest in rests {
+            let part = &axis[rest.first..rest.end];
+            let mut last: Option<f64> = None;
+            for chunk in part.chunks_exact(block) {
+                let mean = chunk.iter().sum::<f64>() / block as f64;
+                if let Some(before) = last {
+                    sum += (mean - before).powi(2) / 2.0;
+                    pairs += 1.0;
+                }
+                last = Some(mean);
+            }
+            let mean = part.iter().sum::<f64>() / part.len() as f64;
+            scatter += part.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+            freedom += part.len() as f64 - 1.0;
+        }
+        let plain = scatter / f64::max(freedom, 1.0);
+        let step = axis
+            .windows(2)
+            .map(|w| (w[1] - w[0]).abs())
+            .filter(|d| *d > 1e-12)
+            .fold(f64::INFINITY, f64::min);
+        let floor = if step.is_finite() {
+            step * step / 12.0
+        } else {
+            0.0
+        };
+        let variance = if pairs >= 5.0 {
+            sum / pairs * block as f64
+        } else {
+            plain
+        };
+        variance.max(floor).sqrt().max(1e-12)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_modes_have_a_threshold_between_them_and_one_mode_has_none() {
+        let still = (0..1000).map(|i| 0.3 * f64::sin(f64::from(i)));
+        let moving = (0..500).map(|i| 8.0 + f64::cos(f64::from(i)));
+        let both: Vec<f64> = still.clone().chain(moving).collect();
+        let at = threshold(&both).unwrap_or(f64::NAN);
+        assert!(at > 0.3 && at < 7.0, "{at}");
+        assert_eq!(threshold(&still.collect::<Vec<_>>()), None);
+    }
+}

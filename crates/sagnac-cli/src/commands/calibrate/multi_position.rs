@@ -1,0 +1,70 @@
+//! `sagnac calibrate multi-position`: accelerometer and gyro from a log turned by hand.
+
+use std::path::PathBuf;
+
+use sagnac::Error;
+use sagnac::calibrate::{MultiPositionRequest, PageFacts, multi_position};
+
+use super::common::{Files, Place, hash_of, source};
+use crate::commands::characterize::{command_line, read_all};
+use crate::context::Context;
+use crate::inputs::LogOptions;
+use crate::outputs::publish_all;
+
+/// Accelerometer and gyro from a log turned by hand between still poses, without equipment
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example\n  sagnac calibrate multi-position turned.csv --gravity '9.81 m/s^2' -o imu.toml"
+)]
+pub(super) struct Args {
+    /// The log: nine rests or more in different directions, turned by hand between them
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// bias, `scale_factor`, misalignment, `g_sensitivity`, or changes: -g_sensitivity
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    terms: Option<String>,
+    #[command(flatten)]
+    place: Place,
+    #[command(flatten)]
+    files: Files,
+    #[command(flatten)]
+    reading: LogOptions,
+}
+
+pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
+    let (model_file, page_file) = args.files.claim()?;
+    let place = args.place.to_place()?;
+    let logs = read_all(std::slice::from_ref(&args.log), &args.reading, context)?;
+    let Some(log) = logs.first() else {
+        return Err(Error::data("there is no log"));
+    };
+    let hash = match (&model_file, &page_file) {
+        (None, None) => None,
+        _ => hash_of(&args.log)?,
+    };
+    let request = MultiPositionRequest {
+        label: log.name.clone(),
+        source: hash.as_deref().map(|hash| source(&args.log, hash)),
+        name: args.files.model_name(&args.log),
+        terms: args.terms.clone(),
+        place,
+        fixture: None,
+    };
+    let outcome = multi_position(&log.log, &request)?;
+    let mut outputs = Vec::new();
+    if let Some(mut file) = model_file {
+        file.put(outcome.to_model()?.to_toml().as_bytes())?;
+        outputs.push(file);
+    }
+    if let Some(mut file) = page_file {
+        let facts = PageFacts {
+            command: command_line(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            inputs: hash.into_iter().map(|h| (log.name.clone(), h)).collect(),
+        };
+        file.put(outcome.to_page(&facts).html().as_bytes())?;
+        outputs.push(file);
+    }
+    context.show(|| outcome.document(), || outcome.to_json())?;
+    context.wrote(&publish_all(outputs)?)
+}
