@@ -10,6 +10,7 @@ mod multi_position;
 mod place;
 mod table;
 mod text;
+mod thermal;
 mod units;
 
 pub use certificate::PageFacts;
@@ -17,6 +18,7 @@ pub use merge::{MergeOutcome, MergeRequest, Unequal, merge};
 pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 pub use multi_position::{MultiPositionOutcome, MultiPositionRequest, multi_position};
 pub use place::Place;
+pub use thermal::{ThermalOutcome, ThermalRequest, thermal};
 
 use place::place_gravity;
 

@@ -5,6 +5,7 @@ mod merge;
 mod plan;
 mod multi_position;
 mod stations;
+mod thermal;
 
 use clap::Subcommand;
 use sagnac::Error;
@@ -25,6 +26,7 @@ enum Action {
     Plan(Box<plan::Args>),
     Merge(merge::Args),
     MultiPosition(Box<multi_position::Args>),
+    Thermal(Box<thermal::Args>),
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
@@ -33,5 +35,6 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         Action::Plan(args) => plan::run(args, context),
         Action::Merge(args) => merge::run(args, context),
         Action::MultiPosition(args) => multi_position::run(args, context),
+        Action::Thermal(args) => thermal::run(args, context),
     }
 }
