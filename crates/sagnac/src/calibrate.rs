@@ -5,9 +5,9 @@ mod from_log;
 mod json;
 mod merge;
 mod model_file;
-mod plan;
 mod multi_position;
 mod place;
+mod plan;
 mod table;
 mod text;
 mod thermal;
@@ -15,9 +15,9 @@ mod units;
 
 pub use certificate::PageFacts;
 pub use merge::{MergeOutcome, MergeRequest, Unequal, merge};
-pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 pub use multi_position::{MultiPositionOutcome, MultiPositionRequest, multi_position};
 pub use place::Place;
+pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 pub use thermal::{ThermalOutcome, ThermalRequest, thermal};
 
 use place::place_gravity;

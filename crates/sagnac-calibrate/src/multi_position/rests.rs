@@ -8,7 +8,7 @@ use crate::interval::median;
 
 /// Length of the window.
 const WINDOW_S: f64 = 0.3;
-/// Shortest rest.
+/// Shortest rest, of samples used.
 const SHORTEST_S: f64 = 0.5;
 /// Cut at both ends.
 const CUT_S: f64 = 0.15;
@@ -96,14 +96,28 @@ fn quiet_level(variances: &[f64], floor: f64) -> f64 {
         .max(f64::MIN_POSITIVE)
 }
 
-/// Width of a bin of the histogram of ln s.
-const BIN: f64 = 0.25;
+/// Bins of the histogram of ln s.
+const BINS: usize = 256;
 
-/// Otsu's split of a histogram: the last bin of the lower class, by the largest variance between the two.
-fn split(counts: &[f64]) -> usize {
-    let n: f64 = counts.iter().sum();
+/// The threshold on ln s: Otsu's split between its two modes; none where there is one mode alone.
+///
+/// The split maximises the variance between the classes and so lies midway between their means. A hand that touches
+/// the sensor makes windows between the modes: their mean is still a mean of a rest, and its scatter is weighed.
+fn threshold(logs: &[f64]) -> Option<f64> {
+    let finite: Vec<f64> = logs.iter().copied().filter(|v| v.is_finite()).collect();
+    let low = finite.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if finite.len() < 2 || high - low < 0.7 {
+        return None;
+    }
+    let width = (high - low) / BINS as f64;
+    let mut counts = [0.0; BINS];
+    for v in &finite {
+        counts[(((v - low) / width) as usize).min(BINS - 1)] += 1.0;
+    }
+    let n = finite.len() as f64;
     let total: f64 = counts.iter().enumerate().map(|(i, c)| i as f64 * c).sum();
-    let (mut below, mut sum, mut best, mut at) = (0.0, 0.0, -1.0, 0);
+    let (mut below, mut sum, mut best, mut split) = (0.0, 0.0, -1.0, 0);
     for (i, count) in counts.iter().enumerate() {
         below += count;
         sum += i as f64 * count;
@@ -113,66 +127,21 @@ fn split(counts: &[f64]) -> usize {
         let d = sum / below - (total - sum) / (n - below);
         let between = below * (n - below) * d * d;
         if between > best {
-            (best, at) = (between, i);
+            (best, split) = (between, i);
         }
     }
-    at
-}
-
-/// The threshold on ln s: the first valley above the still mode; none where there is one mode alone.
-///
-/// Between still and turning lie windows in which a hand touches the sensor: they are no rest, so the valley next to
-/// the still mode counts, not the middle.
-fn threshold(logs: &[f64]) -> Option<f64> {
-    let finite: Vec<f64> = logs.iter().copied().filter(|v| v.is_finite()).collect();
-    let low = finite.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if finite.len() < 2 || high - low < 0.7 {
-        return None;
-    }
-    let bins = (((high - low) / BIN) as usize + 1).clamp(4, 4096);
-    let mut counts = vec![0.0; bins];
-    for v in &finite {
-        counts[(((v - low) / BIN) as usize).min(bins - 1)] += 1.0;
-    }
-    let at = low + (split(&counts) + 1) as f64 * BIN;
+    let at = low + (split + 1) as f64 * width;
     let (still, moving): (Vec<f64>, Vec<f64>) = finite.iter().partition(|v| **v < at);
-    let (lower, upper) = (median(still)?, median(moving)?);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
+    let (lower, upper) = (mean(&still), mean(&moving));
     if upper - lower < 1.0 {
         return None;
     }
-    let smooth: Vec<f64> = (0..bins)
-        .map(|i| {
-            let of = |j: usize| counts.get(j).copied().unwrap_or(0.0);
-            (if i > 0 { of(i - 1) } else { 0.0 }) + 2.0 * of(i) + of(i + 1)
-        })
-        .collect();
-    let middle = f64::midpoint(lower, upper);
-    let last = (((middle - low) / BIN) as usize).min(bins - 1);
-    let peak = (0..=last).max_by(|a, b| smooth[*a].total_cmp(&smooth[*b]))?;
-    let mut valley = peak;
-    while valley < last
-        && smooth[valley] > 0.05 * smooth[peak]
-        && smooth[valley + 1] < 1.1 * smooth[valley]
-    {
-        valley += 1;
-    }
-    // The lower side of the still mode is free of what touches the sensor.
-    let mode = low + (peak as f64 + 0.5) * BIN;
-    let side: Vec<f64> = finite
-        .iter()
-        .filter(|v| **v < mode)
-        .map(|v| mode - v)
-        .collect();
-    let spread = 1.4826 * median(side).unwrap_or(0.0);
-    let found = low + (valley as f64 + 0.5) * BIN;
-    Some(
-        found
-            .max(mode + 5.0 * spread)
-            .max(mode + 2f64.ln())
-            .min(middle),
-    )
+    Some(f64::midpoint(lower, upper).min(median(still)? + MOST_ABOVE_STILL))
 }
+
+/// Most of ln s above the still mode: 30 times its standard deviation, however violent the turns.
+const MOST_ABOVE_STILL: f64 = 6.8;
 
 /// Finds the rests.
 pub(super) fn find(recording: &Recording) -> Found {
@@ -235,7 +204,7 @@ pub(super) fn find(recording: &Recording) -> Found {
         while k < n && still[k] && k < stop {
             k += 1;
         }
-        if k - first >= shortest && k - first > 2 * cut + 3 {
+        if k - first >= shortest + 2 * cut {
             found.rests.push(rest(&sensors, first + cut, k - cut));
         }
     }

@@ -2,8 +2,8 @@
 
 mod common;
 mod merge;
-mod plan;
 mod multi_position;
+mod plan;
 mod stations;
 mod thermal;
 
