@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::steps;
 
@@ -10,7 +11,7 @@ const TOOLS: &str = "tools/browser";
 
 /// Draws every page and plot with made-up numbers, checks them, and checks that pages spoilt on purpose fail.
 ///
-/// Pages of recordings in `target/pages` are checked as well.
+/// The pages of the static recordings, where the data folder is there, are written to `target/pages` and checked as well.
 pub(crate) fn run() -> Result<(), String> {
     if !steps::exists("node") || !steps::exists("npm") {
         steps::debian("npm", &["nodejs", "npm"])?;
@@ -33,11 +34,23 @@ pub(crate) fn run() -> Result<(), String> {
             gallery,
         ],
     )?;
+    recordings()?;
     let gallery = steps::root().join(gallery);
     let mut files = drawings(&gallery)?;
     files.extend(drawings(&steps::root().join("target/pages")).unwrap_or_default());
     check(&[], &files)?;
     check(&["--expect-failure"], &spoilt(&gallery)?)
+}
+
+/// Characterizes every static recording from the command line; its numbers are compared on the way.
+fn recordings() -> Result<(), String> {
+    steps::command("cargo", &["build", "--release", "--quiet"])?;
+    let python = crate::python::environment()?;
+    steps::check(
+        Command::new(python)
+            .args(["tools/check_recordings.py", "target/release/sagnac"])
+            .args(["--pages", "target/pages"]),
+    )
 }
 
 fn check(flags: &[&str], files: &[PathBuf]) -> Result<(), String> {

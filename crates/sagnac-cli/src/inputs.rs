@@ -1,15 +1,17 @@
 //! Opening logs and text files by name, with the options that every command that reads a log takes.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use sagnac::Error;
 use sagnac::log::{Folder, LogReader, ReadOptions, ReadSeek, Source};
 use sagnac::model::Model;
 use sagnac::model::units::Dimension;
+use sha2::{Digest as _, Sha256};
 
 use crate::context::plain;
 use crate::quantities::{optional, positive};
@@ -39,6 +41,44 @@ pub(crate) struct LogOptions {
     /// Turn the mounting: 'x=-y, y=x, z=z'
     #[arg(long, value_name = "LIST")]
     pub(crate) axes: Option<String>,
+    /// Where the hashes of inputs that can be read only once are kept, if they are wanted.
+    #[arg(skip)]
+    pub(crate) hashes: Option<Hashes>,
+}
+
+/// SHA-256 of pipes, by name, as far as they were read.
+#[derive(Clone, Default)]
+pub(crate) struct Hashes(Arc<Mutex<Vec<(String, Hash)>>>);
+
+type Hash = Arc<Mutex<Sha256>>;
+
+impl Hashes {
+    fn begin(&self, label: &str) -> Hash {
+        let hash = Hash::default();
+        if let Ok(mut all) = self.0.lock() {
+            all.push((label.to_owned(), hash.clone()));
+        }
+        hash
+    }
+
+    /// Names and hashes.
+    pub(crate) fn finish(&self) -> Vec<(String, String)> {
+        let Ok(all) = self.0.lock() else {
+            return Vec::new();
+        };
+        all.iter()
+            .filter_map(|(label, hash)| Some((label.clone(), hash.lock().ok()?.clone())))
+            .map(|(label, hash)| (label, hexadecimal(&hash.finalize())))
+            .collect()
+    }
+}
+
+/// Bytes as a hash is written.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
 }
 
 impl LogOptions {
@@ -77,7 +117,7 @@ impl LogOptions {
 
     /// Opens a log by name; `-` is standard input.
     pub(crate) fn open(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
-        open_with(path, &self.read_options()?)
+        open_with(path, &self.read_options()?, self.hashes.as_ref())
     }
 
     /// Opens a log for a look at it: of several topics the first.
@@ -86,7 +126,7 @@ impl LogOptions {
             any_topic: true,
             ..self.read_options()?
         };
-        open_with(path, &options)
+        open_with(path, &options, self.hashes.as_ref())
     }
 }
 
@@ -127,8 +167,12 @@ impl LogReader for Metered {
     }
 }
 
-fn open_with(path: &Path, options: &ReadOptions) -> Result<(Box<dyn LogReader>, Meter), Error> {
-    let (source, meter) = source(path)?;
+fn open_with(
+    path: &Path,
+    options: &ReadOptions,
+    hashes: Option<&Hashes>,
+) -> Result<(Box<dyn LogReader>, Meter), Error> {
+    let (source, meter) = hashed_source(path, hashes)?;
     Ok((sagnac::log::open(source, options)?, meter))
 }
 
@@ -149,6 +193,10 @@ impl Meter {
 
 /// The bytes of a log: a file, a folder, a pipe, or `-` for standard input.
 pub(crate) fn source(path: &Path) -> Result<(Source, Meter), Error> {
+    hashed_source(path, None)
+}
+
+fn hashed_source(path: &Path, hashes: Option<&Hashes>) -> Result<(Source, Meter), Error> {
     let mut meter = Meter {
         read: Arc::default(),
         size: None,
@@ -157,6 +205,7 @@ pub(crate) fn source(path: &Path) -> Result<(Source, Meter), Error> {
         let input = Counted {
             inner: io::stdin(),
             read: meter.read.clone(),
+            hash: hashes.map(|h| h.begin("standard input")),
         };
         return Ok((Source::stream("standard input", input), meter));
     }
@@ -169,6 +218,9 @@ pub(crate) fn source(path: &Path) -> Result<(Source, Meter), Error> {
     let counted = Counted {
         inner: file,
         read: meter.read.clone(),
+        hash: hashes
+            .filter(|_| !metadata.is_file())
+            .map(|h| h.begin(&label)),
     };
     if !metadata.is_file() {
         return Ok((Source::stream(label, counted), meter));
@@ -249,12 +301,16 @@ fn unreadable(path: &Path, error: &io::Error) -> Error {
 struct Counted<R> {
     inner: R,
     read: Arc<AtomicU64>,
+    hash: Option<Hash>,
 }
 
 impl<R: Read> Read for Counted<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
         self.read.fetch_add(n as u64, Ordering::Relaxed);
+        if let Some(mut hash) = self.hash.as_ref().and_then(|hash| hash.lock().ok()) {
+            hash.update(&buffer[..n]);
+        }
         Ok(n)
     }
 }

@@ -1,6 +1,6 @@
 //! Reads a log to its end and prints rows, first and last row, and rows and bytes per second of processor time.
 //!
-//! `cargo run --release -p sagnac-log --example read_speed -- FILE [TOPIC]`
+//! `cargo run --release -p sagnac-log --example read_speed -- FILE [TOPIC [THREADS]]`; an empty topic is none
 #![allow(clippy::print_stdout, reason = "a program")]
 
 use std::time::Instant;
@@ -11,8 +11,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
     let name = args.next().ok_or("name a file")?;
     let options = ReadOptions {
-        topic: args.next(),
+        topic: args.next().filter(|topic| !topic.is_empty()),
         any_topic: true,
+        threads: args.next().map_or(Ok(0), |n| n.parse())?,
         ..ReadOptions::default()
     };
     let file = std::fs::File::open(&name)?;

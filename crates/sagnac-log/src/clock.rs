@@ -1,6 +1,7 @@
 //! The sampling interval of a log from its stamps.
 //!
-//! dt is the median step, refined to (last − first)/(number of steps) over stretches without gaps.
+//! dt is the median step, refined to (last − first)/(number of steps) over stretches without gaps. Stamps of arrival in
+//! bursts have a median step that is no interval; then the mean step of most stretches of 64 is taken.
 
 use crate::{Stamp, Stamps};
 
@@ -33,6 +34,9 @@ pub(crate) fn interval(steps: &[f64]) -> Option<f64> {
         .filter(|s| *s > 0.0 && s.is_finite())
         .collect();
     let middle = median(&mut positive)?;
+    if let Some(dt) = of_bursts(steps, middle) {
+        return Some(dt);
+    }
     let refine = |dt: f64| {
         // A step of k intervals with k beyond 1.5 is a gap; arrival times that jump and catch up are none.
         // Summed as differences from the median, so that an even clock gives its step to the last bit.
@@ -76,6 +80,26 @@ pub(crate) fn interval(steps: &[f64]) -> Option<f64> {
     }
 }
 
+/// Steps of a stretch that evens bursts out.
+const STRETCH: usize = 64;
+
+/// The mean step where samples arrive in bursts: stretches agree with each other, but not with the median step.
+fn of_bursts(steps: &[f64], middle: f64) -> Option<f64> {
+    let means: Vec<f64> = steps
+        .chunks_exact(STRETCH)
+        .filter(|c| c.iter().all(|s| s.is_finite() && *s >= 0.0))
+        .map(|c| c.iter().sum::<f64>() / STRETCH as f64)
+        .collect();
+    let usual = median(&mut means.clone())?;
+    if means.len() < 4 || (usual / middle - 1.0).abs() < 0.25 {
+        return None;
+    }
+    let mut near = means;
+    near.retain(|m| (m / usual - 1.0).abs() < 0.25);
+    // A log with gaps everywhere has no such stretches.
+    (2 * near.len() > steps.len() / STRETCH).then(|| near.iter().sum::<f64>() / near.len() as f64)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
@@ -93,5 +117,15 @@ mod tests {
             interval(&steps(&Stamps::Seconds(vec![1.0, 1.0, 1.0]))),
             None
         );
+    }
+
+    #[test]
+    fn stamps_of_arrival_in_bursts_give_the_mean_step() {
+        // Nine samples 1 ms apart, then a pause: 100 Hz on average.
+        let t: Vec<f64> = (0..3000)
+            .map(|k| f64::from(k / 9) * 0.09 + f64::from(k % 9) * 1e-3)
+            .collect();
+        let dt = interval(&steps(&Stamps::Seconds(t))).unwrap();
+        assert!((dt / 0.01 - 1.0).abs() < 0.01, "{dt}");
     }
 }

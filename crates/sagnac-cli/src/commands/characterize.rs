@@ -2,7 +2,6 @@
 
 mod follow;
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use sagnac::Error;
@@ -11,7 +10,7 @@ use sagnac::log::Log;
 use sha2::{Digest as _, Sha256};
 
 use crate::context::Context;
-use crate::inputs::{self, LogOptions};
+use crate::inputs::{self, Hashes, LogOptions, hexadecimal};
 use crate::models;
 use crate::outputs::{Output, publish_all};
 
@@ -78,10 +77,14 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     };
     let model_file = claim(&args.output, "-o")?;
     let page_file = claim(&args.report, "--report")?;
+    // A pipe is hashed as it goes by: it cannot be read again.
+    let hashes = Hashes::default();
     let outcome = if args.follow {
         follow::follow(args, &request, context)?
     } else {
-        characterize(&read_all(&args.logs, &args.log, context)?, &request)?
+        let mut reading = args.log.clone();
+        reading.hashes = page_file.is_some().then(|| hashes.clone());
+        characterize(&read_all(&args.logs, &reading, context)?, &request)?
     };
     let mut outputs = Vec::new();
     if let Some(mut file) = model_file {
@@ -89,7 +92,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         outputs.push(file);
     }
     if let Some(mut file) = page_file {
-        file.put(page(args, &outcome)?.as_bytes())?;
+        file.put(page(args, &outcome, &hashes)?.as_bytes())?;
         outputs.push(file);
     }
     context.show(|| outcome.document(), || outcome.to_json())?;
@@ -116,18 +119,15 @@ pub(crate) fn read_all(
     Ok(logs)
 }
 
-fn page(args: &Args, outcome: &Outcome) -> Result<String, Error> {
+fn page(args: &Args, outcome: &Outcome, hashes: &Hashes) -> Result<String, Error> {
     let mut inputs = Vec::new();
     for path in args.logs.iter().filter(|p| p.is_file()) {
         let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
         let mut hash = Sha256::new();
         std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
-        let mut digest = String::with_capacity(64);
-        for byte in hash.finalize() {
-            let _ = write!(digest, "{byte:02x}");
-        }
-        inputs.push((path.display().to_string(), digest));
+        inputs.push((path.display().to_string(), hexadecimal(&hash.finalize())));
     }
+    inputs.extend(hashes.finish());
     let facts = PageFacts {
         command: command_line(),
         version: env!("CARGO_PKG_VERSION").to_owned(),

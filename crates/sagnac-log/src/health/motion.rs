@@ -21,6 +21,9 @@ pub(crate) struct Motion {
     pub(crate) text: String,
 }
 
+/// A scatter off the usual one by so many robust deviations of its logarithm (and three times it) bursts.
+const BURST_SPREAD: f64 = 6.0;
+
 /// Averages and scatters of one channel.
 struct Averages {
     mean: Vec<f64>,
@@ -72,6 +75,13 @@ fn marks(a: &Averages) -> Vec<Option<Mark>> {
         .filter(|s| s.is_finite())
         .collect();
     let usual = crate::clock::median(&mut within).unwrap_or(f64::NAN);
+    // Smoothed samples leave few independent ones in an average: its scatter then varies by itself.
+    let mut spread: Vec<f64> = within
+        .iter()
+        .map(|s| (s / usual).ln())
+        .filter(|l| l.is_finite())
+        .collect();
+    let burst = usual * (BURST_SPREAD * robust(&mut spread)).exp().max(3.0);
     for k in 0..n {
         // An average between its neighbors is on its way, not off.
         let left = k.checked_sub(1).map(|j| a.mean[k] - a.mean[j]);
@@ -92,7 +102,7 @@ fn marks(a: &Averages) -> Vec<Option<Mark>> {
                 off,
                 is_burst: false,
             });
-        } else if a.scatter[k] > 3.0 * usual && usual > 0.0 {
+        } else if a.scatter[k] > burst && usual > 0.0 {
             out[k] = Some(Mark {
                 off: 0.0,
                 is_burst: true,

@@ -120,6 +120,7 @@ impl<'a> Clock<'a> {
             let n = steps.len() + 1;
             level(k + 1..(k + 10).min(n)) - level(k.saturating_sub(8)..k + 1)
         };
+        let pause = pause(steps, dt);
         let mut events = Vec::new();
         for (k, &s) in steps.iter().enumerate() {
             let event = if s < 0.0 {
@@ -128,7 +129,7 @@ impl<'a> Clock<'a> {
                 Event::Duplicate
             } else if s.is_nan() {
                 continue;
-            } else if s > 1.5 * dt {
+            } else if s > pause {
                 let lost = if self.jitter.is_some() {
                     (stays(k) / dt).round()
                 } else {
@@ -172,6 +173,19 @@ impl<'a> Clock<'a> {
         }
         self.seconds(last) + self.dt_s
     }
+}
+
+/// The shortest step that may be a gap: 1.5·dt; where stamps arrive in bursts three times the usual pause between them.
+fn pause(steps: &[f64], dt: f64) -> f64 {
+    let mut positive: Vec<f64> = steps.iter().copied().filter(|s| *s > 0.0).collect();
+    let middle = median(&mut positive).unwrap_or(dt);
+    if middle > 0.75 * dt {
+        return 1.5 * dt;
+    }
+    // Of 95 % of the steps none is longer.
+    let at = (positive.len() - 1).min((0.95 * positive.len() as f64) as usize);
+    let (_, &mut usual, _) = positive.select_nth_unstable_by(at, f64::total_cmp);
+    (3.0 * usual).max(1.5 * dt)
 }
 
 /// The grid that all steps lie on, in seconds; 0 where there is none coarser than 1 ns.
