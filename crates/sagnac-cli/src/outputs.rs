@@ -53,7 +53,24 @@ enum Target {
     Direct(BufWriter<File>),
 }
 
+impl Target {
+    fn writer(&mut self) -> &mut dyn Write {
+        match self {
+            Self::Temporary(writer) => writer,
+            Self::Direct(writer) => writer,
+        }
+    }
+}
+
 impl Output {
+    /// An error of a stream into this file, with the name that was asked for instead of the temporary one.
+    fn named(&self, error: &io::Error) -> io::Error {
+        io::Error::new(
+            error.kind(),
+            format!("{}: {}", self.path.display(), plain(error)),
+        )
+    }
+
     /// Claims `path`; `option` is named where it is refused.
     pub(crate) fn claim(path: &Path, option: &str, force: bool) -> Result<Self, Error> {
         let name = path.display();
@@ -115,9 +132,13 @@ impl Output {
         &self.path
     }
 
-    /// Writes all of `bytes`.
+    /// Writes all of `bytes` through to the disk's file: where it is full, nothing has been shown yet.
     pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.write_all(bytes).map_err(|e| cannot(&self.path, &e))
+        let target = self.target.writer();
+        target
+            .write_all(bytes)
+            .and_then(|()| target.flush())
+            .map_err(|e| cannot(&self.path, &e))
     }
 
     /// Gives the file its name. Call for all outputs only when all are complete.
@@ -140,17 +161,13 @@ impl Output {
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match &mut self.target {
-            Target::Temporary(writer) => writer.write(bytes),
-            Target::Direct(writer) => writer.write(bytes),
-        }
+        let result = self.target.writer().write(bytes);
+        result.map_err(|e| self.named(&e))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        match &mut self.target {
-            Target::Temporary(writer) => writer.flush(),
-            Target::Direct(writer) => writer.flush(),
-        }
+        let result = self.target.writer().flush();
+        result.map_err(|e| self.named(&e))
     }
 }
 
@@ -167,7 +184,11 @@ impl Seek for Output {
 pub(crate) fn publish_all(outputs: Vec<Output>) -> Result<Vec<String>, Error> {
     let mut outputs = outputs;
     for output in &mut outputs {
-        output.flush().map_err(|e| cannot(&output.path, &e))?;
+        output
+            .target
+            .writer()
+            .flush()
+            .map_err(|e| cannot(&output.path, &e))?;
     }
     outputs.into_iter().map(Output::publish).collect()
 }

@@ -245,3 +245,71 @@ fn a_full_disk_is_told_and_a_closed_pipe_is_no_fault() {
         assert!(matches!(output.status.code(), Some(0 | 1)), "{stderr}");
     }
 }
+
+/// A disk that takes 4 KiB of any file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_fills_up_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("good.csv"),
+        format!("{HEADER}{}", rows(0, 20_000)),
+    )
+    .unwrap();
+    fs::write(
+        folder.path().join("m.toml"),
+        "schema = 1\nname = \"m\"\n[gyro.noise]\nangle_random_walk = \"1 deg/sqrt(h)\"\n",
+    )
+    .unwrap();
+    for words in [
+        "convert good.csv -o out.npy",
+        "convert good.csv -o out.csv.gz",
+        "convert good.csv -o out.mcap",
+        "convert good.csv -o out.bag",
+        "convert good.csv -o out.npz",
+        "characterize good.csv --report out.html",
+        "allan good.csv -o out.csv --taus all",
+        "allan good.csv -o out.png",
+        "simulate m.toml --rest 10min --rate 100Hz -o out.csv",
+        "correct m.toml good.csv -o out.csv",
+    ] {
+        let before = fs::read_dir(folder.path()).unwrap().count();
+        let output = std::process::Command::new("sh")
+            .current_dir(folder.path())
+            .arg("-c")
+            .arg(format!(
+                "trap '' XFSZ; ulimit -f 8; exec {} {words}",
+                env!("CARGO_BIN_EXE_sagnac")
+            ))
+            .output()
+            .unwrap();
+        is_one_refusal(&output, words);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{words}: {stderr}");
+        assert!(
+            stderr.contains("out.") && stderr.contains("file too large"),
+            "{words}: {stderr}"
+        );
+        assert!(!stderr.contains(".sagnac-"), "{words}: {stderr}");
+        assert_eq!(
+            fs::read_dir(folder.path()).unwrap().count(),
+            before,
+            "{words} leaves a file"
+        );
+    }
+}
+
+/// A file that opens and cannot be read, whoever asks: the first page of a process is not there.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_fails_while_it_is_read_is_refused() {
+    for command in ["info", "allan", "characterize"] {
+        let output = sagnac().args([command, "/proc/self/mem"]).output().unwrap();
+        is_one_refusal(&output, command);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            stderr.contains("cannot be read: input/output error"),
+            "{command}: {stderr}"
+        );
+    }
+}

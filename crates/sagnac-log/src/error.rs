@@ -28,7 +28,7 @@ pub enum Error {
         advice: Option<String>,
     },
     /// The operating system refused to read or write.
-    #[error("{doing}: {source}")]
+    #[error("{doing}: {}", plain(source))]
     Io {
         /// What was being done ("cannot read the log").
         doing: &'static str,
@@ -37,6 +37,26 @@ pub enum Error {
         /// The reason.
         source: io::Error,
     },
+}
+
+const WRITING: &str = "the log cannot be written";
+
+/// The system's sentence without its number, in lower case.
+fn plain(error: &io::Error) -> String {
+    let text = error.to_string();
+    let text = text.split(" (os error").next().unwrap_or(&text);
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| {
+        let is_word = chars.clone().next().is_some_and(char::is_lowercase);
+        // A file's name keeps its case.
+        let keeps = !is_word || error.raw_os_error().is_none();
+        let first: String = if keeps {
+            first.to_string()
+        } else {
+            first.to_lowercase().collect()
+        };
+        format!("{first}{}", chars.as_str())
+    })
 }
 
 impl Error {
@@ -70,7 +90,7 @@ impl Error {
     /// An error of the operating system while writing.
     pub fn write(source: io::Error) -> Self {
         Self::Io {
-            doing: "the log cannot be written",
+            doing: WRITING,
             place: None,
             source,
         }
@@ -122,6 +142,9 @@ impl Error {
     pub fn advice(&self) -> Option<String> {
         match self {
             Self::Data { advice, .. } | Self::Usage { advice, .. } => advice.clone(),
+            Self::Io { doing, .. } if *doing == WRITING => {
+                Some("nothing was written; choose another place or free some room".to_owned())
+            }
             Self::Io { .. } => None,
         }
     }
