@@ -10,6 +10,7 @@
 //! ```
 
 mod json;
+mod page;
 mod text;
 
 use sagnac_calibrate::response::{self as bench, Direction, Options, Reading};

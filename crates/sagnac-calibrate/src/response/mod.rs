@@ -143,6 +143,8 @@ pub struct Response {
     pub asymmetry: Result<Interval, &'static str>,
     /// Points of equal reference, ascending.
     pub points: Vec<Point>,
+    /// The direction in which each reading's input was reached.
+    pub directions: Vec<Option<Direction>>,
 }
 
 /// Why a record gives nothing at all.
@@ -243,6 +245,7 @@ pub fn respond(readings: &[Reading], options: &Options) -> Result<Response, Erro
         threshold: threshold::threshold(&points, line.slope, tolerance),
         asymmetry: asymmetry(readings),
         points,
+        directions,
     })
 }
 

@@ -7,6 +7,8 @@ mod plan;
 mod stations;
 mod thermal;
 
+pub(crate) use common::sha256;
+
 use clap::Subcommand;
 use sagnac::Error;
 

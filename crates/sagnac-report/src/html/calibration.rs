@@ -107,6 +107,12 @@ pub struct CertificatePage {
     pub not_determined: Rich,
     /// Statement of uncertainty; empty: the usual one.
     pub statement: Rich,
+    /// On a second sheet: goodness of fit by axis, axis, χ², degrees of freedom, p.
+    pub fits: Vec<[String; 4]>,
+    /// On a second sheet: correlations.
+    pub correlation: Option<CorrelationMap>,
+    /// On a second sheet: estimates that depend on terms held at zero, and what to add.
+    pub hints: Vec<Rich>,
     /// The command as it was typed.
     pub command: String,
     /// Version of the program.
@@ -146,9 +152,14 @@ impl CertificatePage {
         let _ = write!(
             out,
             "<header><div><p class=\"kind\">Calibration certificate</p><h1>{}</h1></div>\
-             <p class=\"number\"><b>No. {}</b> Page 1 of 1<br>Issued {}</p></header>\n<main>",
+             <p class=\"number\"><b>No. {}</b> {}<br>Issued {}</p></header>\n<main>",
             escape(&self.title),
             blank(&self.number),
+            if self.has_annex() {
+                "Certificate and annex"
+            } else {
+                "Page 1 of 1"
+            },
             blank(&self.issued)
         );
         self.write_item(&mut out);
@@ -157,8 +168,16 @@ impl CertificatePage {
             section.write(&mut out);
         }
         out.push_str(
-            "<div class=\"signs\"><p>Calibrated by</p><p>Approved by</p><p>Date</p></div>\n</main>\n",
+            "<div class=\"signs\"><p>Calibrated by</p><p>Approved by</p><p>Date</p></div>\n",
         );
+        if self.has_annex() {
+            out.push_str("<div class=\"annex\">");
+            for section in self.annex() {
+                section.write(&mut out);
+            }
+            out.push_str("</div>");
+        }
+        out.push_str("</main>\n");
         let mut foot = format!("sagnac {} · {}", self.version, self.command);
         for input in &self.inputs {
             let _ = write!(foot, " · {} SHA-256 {}", input.name, input.sha256);
@@ -184,6 +203,46 @@ impl CertificatePage {
             let _ = write!(out, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(value));
         }
         out.push_str("</dl>");
+    }
+
+    fn has_annex(&self) -> bool {
+        self.correlation.is_some() || !self.fits.is_empty() || !self.hints.is_empty()
+    }
+
+    /// The second sheet.
+    fn annex(&self) -> Vec<Section> {
+        let mut sections = Vec::new();
+        if !self.fits.is_empty() {
+            let mut table = HtmlTable::new(
+                "fit",
+                &["Axis", "χ²", "Degrees of freedom", "p"],
+                &[1, 2, 3],
+            );
+            for row in &self.fits {
+                let mut cells: Vec<HtmlCell> = vec![row[0].clone().into()];
+                cells.extend(row[1..].iter().map(|text| HtmlCell::number(text.clone())));
+                table.row(cells);
+            }
+            sections
+                .push(Section::new("fit", "Annex: goodness of fit", "").with(Block::Table(table)));
+        }
+        if let Some(map) = &self.correlation {
+            sections.push(
+                Section::new("correlation", "Annex: what is tied to what", "")
+                    .with(Block::Plots(vec![(super::Breadth::Middle, map.figure())])),
+            );
+        }
+        if !self.hints.is_empty() {
+            sections.push(
+                Section::new(
+                    "hints",
+                    "Annex: what the result assumes, and what to add",
+                    "",
+                )
+                .with(Block::List(self.hints.clone())),
+            );
+        }
+        sections
     }
 
     fn sections(&self) -> Vec<Section> {

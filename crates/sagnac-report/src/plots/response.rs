@@ -26,6 +26,8 @@ pub struct ResponsePlots {
     pub down_mean: Vec<(f64, f64)>,
     /// Means of readings without direction.
     pub still_mean: Vec<(f64, f64)>,
+    /// Largest departure of a point from the least-squares line.
+    pub least_squares: Option<f64>,
     /// Minimax band: lower and upper line, each by its two ends.
     pub minimax: Option<[[(f64, f64); 2]; 2]>,
     /// Means of the output at each reference.
@@ -65,8 +67,9 @@ impl ResponsePlots {
         let readings = || self.up.iter().chain(&self.down).chain(&self.still);
         let ends = self.minimax.iter().flatten().flatten();
         let x = Scale::around(readings().map(|p| p.0), false, 0.04);
+        let own = self.least_squares.into_iter().flat_map(|l| [l, -l]);
         let y = Scale::around(
-            readings().chain(ends).map(|p| p.1).chain([0.0]),
+            readings().chain(ends).map(|p| p.1).chain([0.0]).chain(own),
             false,
             0.06,
         );
@@ -83,6 +86,16 @@ impl ResponsePlots {
         zero_line(&mut plot);
         for line in self.minimax.iter().flatten() {
             plot.line(line[0], line[1], Ink::class("q").term("minimax"));
+        }
+        let span = readings().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+            (low.min(p.0), high.max(p.0))
+        });
+        for level in self.least_squares.into_iter().flat_map(|l| [l, -l]) {
+            plot.line(
+                (span.0, level),
+                (span.1, level),
+                Ink::class("d").term("least-squares"),
+            );
         }
         let mut marks = String::new();
         for (points, color, flip) in [
@@ -124,6 +137,24 @@ impl ResponsePlots {
                 let at = plot.at(*middle);
                 plot.label(label, at, Some(direction), 6.0, 60.0, style);
             }
+        }
+        // The loop is closed where the direction changes.
+        for pick in [<[(f64, f64)]>::first, <[(f64, f64)]>::last] {
+            if let (Some(up), Some(down)) = (pick(&self.up_mean), pick(&self.down_mean))
+                && up.0 == down.0
+                && up.1 != down.1
+            {
+                plot.line(*up, *down, Ink::class("c").color("--muted"));
+            }
+        }
+        if let Some(level) = self.least_squares {
+            let at = plot.at((0.85 * span.0 + 0.15 * span.1, -level));
+            let style = TextStyle {
+                class: "u h",
+                bold: false,
+                ..TextStyle::default()
+            };
+            plot.label("least-squares band", at, Some(270.0), 5.0, 70.0, style);
         }
         if let Some([_, upper]) = self.minimax {
             let at = (

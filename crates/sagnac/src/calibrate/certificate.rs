@@ -2,7 +2,7 @@
 
 use sagnac_core::Sensor;
 use sagnac_report::html::{CertificatePage, Input, Reference, ResultRow, ResultTable, Rich};
-use sagnac_report::plots::{Color, Histogram, StationResiduals};
+use sagnac_report::plots::{Color, CorrelationMap, Histogram, StationResiduals};
 use sagnac_report::text::{Estimate, significant};
 
 use super::StationsOutcome;
@@ -96,6 +96,9 @@ impl StationsOutcome {
                 self.not_determined()
             )),
             statement: Rich::new(),
+            fits: self.fit_rows(),
+            correlation: self.correlations(),
+            hints: self.hints(),
             command: facts.command.clone(),
             version: facts.version.clone(),
             inputs: facts
@@ -271,6 +274,82 @@ impl StationsOutcome {
             axes: [of(0), of(1), of(2)],
             band: band * factor,
         }
+    }
+
+    fn fit_rows(&self) -> Vec<[String; 4]> {
+        self.found
+            .fits
+            .iter()
+            .map(|fit| {
+                let p = fit.p.map_or("—".to_owned(), |p| significant(p, 2));
+                [
+                    fit.axis
+                        .replace("gyro_", "Gyro ")
+                        .replace("accel_", "Accelerometer "),
+                    significant(fit.chi2, 3),
+                    fit.dof.to_string(),
+                    if fit.scaled {
+                        format!("{p}, enlarged")
+                    } else {
+                        p
+                    },
+                ]
+            })
+            .collect()
+    }
+
+    fn correlations(&self) -> Option<CorrelationMap> {
+        let (names, c) = (&self.found.covariance_names, &self.found.covariance);
+        (!names.is_empty()).then(|| CorrelationMap {
+            names: names.clone(),
+            matrix: (0..names.len())
+                .map(|i| {
+                    (0..names.len())
+                        .map(|j| c[i][j] / (c[i][i] * c[j][j]).sqrt())
+                        .collect()
+                })
+                .collect(),
+        })
+    }
+
+    /// Estimates that are right only as far as held terms are zero, pairs that are hard to tell apart, what to add.
+    fn hints(&self) -> Vec<Rich> {
+        let mut out = Vec::new();
+        let mut by_held: Vec<(String, Vec<String>)> = Vec::new();
+        for p in &self.found.parameters {
+            for held in p.assumes.iter().map(|h| super::text::stem(h)) {
+                let name = super::text::stem(&p.name);
+                match by_held.iter_mut().find(|(h, _)| *h == held) {
+                    Some((_, names)) if names.contains(&name) => {}
+                    Some((_, names)) => names.push(name),
+                    None => by_held.push((held, vec![name])),
+                }
+            }
+        }
+        for (held, names) in by_held {
+            out.push(
+                Rich::new()
+                    .bold(format!("{held} is held at zero."))
+                    .plain(format!(
+                        " {} would be shifted by more than the uncertainty if it had its usual size.",
+                        names.join(", ")
+                    )),
+            );
+        }
+        for (a, b, r) in self.found.confused.iter().take(6) {
+            out.push(Rich::new().plain(format!(
+                "{a} and {b} can hardly be told apart (correlation {}).",
+                significant(*r, 3)
+            )));
+        }
+        for text in self.advice() {
+            out.push(
+                Rich::new()
+                    .bold("Add.")
+                    .plain(format!(" {}", page_words(&text))),
+            );
+        }
+        out
     }
 
     fn histograms(&self) -> Vec<Histogram> {

@@ -5,14 +5,22 @@ use sagnac_report::text::{Align, Cell, Document, Estimate, Table, significant};
 use super::{RecordUnit, ResponseOutcome};
 
 /// A unit that numbers of one kind are shown in.
-struct Shown {
-    name: String,
-    factor: f64,
+pub(super) struct Shown {
+    pub(super) name: String,
+    pub(super) factor: f64,
+}
+
+/// A line of the results.
+pub(super) struct Row {
+    pub(super) name: &'static str,
+    pub(super) value: String,
+    pub(super) unit: String,
+    pub(super) more: String,
 }
 
 impl Shown {
     /// The record's own unit, or a finer one of the same dimension where the numbers would be small.
-    fn of(unit: &RecordUnit, magnitude_si: f64) -> Self {
+    pub(super) fn of(unit: &RecordUnit, magnitude_si: f64) -> Self {
         let RecordUnit::Known(own) = unit else {
             let name = match unit {
                 RecordUnit::Label(text) => text.clone(),
@@ -43,22 +51,30 @@ impl Shown {
         shown
     }
 
-    fn number(&self, value_si: f64, digits: usize) -> String {
+    pub(super) fn number(&self, value_si: f64, digits: usize) -> String {
         significant(value_si * self.factor, digits)
     }
 }
 
 impl ResponseOutcome {
-    /// The result as people read it.
-    pub fn document(&self) -> Document {
+    /// The unit of small outputs: errors, repeatability, residuals.
+    pub(super) fn shown_small(&self) -> Shown {
         let r = &self.response;
         let small = r
             .accuracy
             .as_ref()
             .map_or(0.0, |a| a.max_abs)
             .max(r.precision.as_ref().map_or(0.0, |p| p.value));
-        let small = if small > 0.0 { small } else { r.residual_sigma };
-        let y = Shown::of(&self.output, small);
+        Shown::of(
+            &self.output,
+            if small > 0.0 { small } else { r.residual_sigma },
+        )
+    }
+
+    /// The results, a line a term.
+    pub(super) fn rows(&self) -> Vec<Row> {
+        let r = &self.response;
+        let y = self.shown_small();
         let x_fine = Shown::of(
             &self.reference,
             r.resolution.as_ref().map_or(r.full_scale, |s| s.value),
@@ -66,17 +82,14 @@ impl ResponseOutcome {
         let x = Shown::of(&self.reference, r.full_scale);
         let full_output = r.sensitivity.value.abs() * r.full_scale;
         let percent = |value: f64| significant(100.0 * value / full_output, 3);
-        let mut table = Table::new(
-            &["", "", "", ""],
-            &[Align::Left, Align::Point, Align::Left, Align::Left],
-        );
-        let mut row = |name: &str, value: String, unit: &str, more: String| {
-            table.row([
-                Cell::from(name),
-                Cell::from(value),
-                Cell::from(unit),
-                Cell::from(more),
-            ]);
+        let mut out = Vec::new();
+        let mut row = |name: &'static str, value: String, unit: &str, more: String| {
+            out.push(Row {
+                name,
+                value,
+                unit: unit.to_owned(),
+                more,
+            });
         };
         if let Ok(a) = &r.accuracy {
             let [low, high] = a.single_reading;
@@ -156,20 +169,15 @@ impl ResponseOutcome {
                 "as fine as the points are".to_owned(),
             );
         }
-        let mut document = Document::new();
-        document
-            .paragraph(self.verdict(&y))
-            .blank()
-            .table(table)
-            .blank();
-        let mut closing = format!("Full scale {} {}.", x.number(r.full_scale, 4), x.name);
-        if r.accuracy.is_ok() {
-            closing.push_str(" Accuracy holds only as far as the reference is true.");
-        }
-        document.paragraph(closing);
-        let mut missing: Vec<String> = Vec::new();
-        let mut note = |name: &str, reason: Option<&&'static str>| {
-            missing.extend(reason.map(|reason| format!("{name}: {reason}")));
+        out
+    }
+
+    /// What the record cannot give, and why.
+    pub(super) fn not_given(&self) -> Vec<(&'static str, &'static str)> {
+        let r = &self.response;
+        let mut out = Vec::new();
+        let mut note = |name: &'static str, reason: Option<&&'static str>| {
+            out.extend(reason.map(|reason| (name, *reason)));
         };
         note("accuracy", r.accuracy.as_ref().err());
         note("precision", r.precision.as_ref().err());
@@ -178,8 +186,38 @@ impl ResponseOutcome {
         note("hysteresis", r.hysteresis.as_ref().err());
         note("asymmetry", r.asymmetry.as_ref().err());
         note("threshold, dead band", r.threshold.as_ref().err());
-        for text in missing {
-            document.hanging("Not given: ", text);
+        out
+    }
+
+    /// The result as people read it.
+    pub fn document(&self) -> Document {
+        let r = &self.response;
+        let x = Shown::of(&self.reference, r.full_scale);
+        let mut table = Table::new(
+            &["", "", "", ""],
+            &[Align::Left, Align::Point, Align::Left, Align::Left],
+        );
+        for row in self.rows() {
+            table.row([
+                Cell::from(row.name),
+                Cell::from(row.value),
+                Cell::from(row.unit),
+                Cell::from(row.more),
+            ]);
+        }
+        let mut document = Document::new();
+        document
+            .paragraph(self.verdict(&self.shown_small()))
+            .blank()
+            .table(table)
+            .blank();
+        let mut closing = format!("Full scale {} {}.", x.number(r.full_scale, 4), x.name);
+        if r.accuracy.is_ok() {
+            closing.push_str(" Accuracy holds only as far as the reference is true.");
+        }
+        document.paragraph(closing);
+        for (name, reason) in self.not_given() {
+            document.hanging("Not given: ", format!("{name}: {reason}"));
         }
         document
     }
@@ -190,7 +228,7 @@ impl ResponseOutcome {
     }
 
     /// S with its half interval, and its unit in the record's own units.
-    fn sensitivity_text(&self) -> (sagnac_report::text::EstimateText, String) {
+    pub(super) fn sensitivity_text(&self) -> (sagnac_report::text::EstimateText, String) {
         let s = &self.response.sensitivity;
         let (factor, unit) = match (&self.output, &self.reference) {
             (RecordUnit::Known(y), RecordUnit::Known(x)) if y.exponents() == x.exponents() => {
@@ -204,7 +242,7 @@ impl ResponseOutcome {
         )
     }
 
-    fn verdict(&self, y: &Shown) -> String {
+    pub(super) fn verdict(&self, y: &Shown) -> String {
         let r = &self.response;
         match (&r.accuracy, &r.precision) {
             (Ok(a), Ok(p)) => {
@@ -237,7 +275,7 @@ impl ResponseOutcome {
     }
 }
 
-fn own(unit: &RecordUnit) -> String {
+pub(super) fn own(unit: &RecordUnit) -> String {
     match unit {
         RecordUnit::Known(unit) => unit.text().to_owned(),
         RecordUnit::Label(text) => text.clone(),

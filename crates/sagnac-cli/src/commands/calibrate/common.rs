@@ -104,18 +104,27 @@ pub(super) fn source(path: &Path, hash: &str) -> String {
 
 /// SHA-256 of a file in hexadecimal digits; of standard input nothing can be said.
 pub(super) fn hash_of(path: &Path) -> Result<String, Error> {
-    use std::fmt::Write as _;
     if !path.is_file() {
         return Ok("unknown".to_owned());
     }
     let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
     let mut hash = Sha256::new();
     std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
+    Ok(digits(&hash.finalize()))
+}
+
+/// SHA-256 of bytes in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    digits(&Sha256::digest(bytes))
+}
+
+fn digits(bytes: &[u8]) -> String {
+    use std::fmt::Write as _;
     let mut out = String::with_capacity(64);
-    for byte in hash.finalize() {
+    for byte in bytes {
         let _ = write!(out, "{byte:02x}");
     }
-    Ok(out)
+    out
 }
 
 impl Place {
