@@ -138,7 +138,7 @@ pub fn response(request: &ResponseRequest) -> Result<ResponseOutcome, Error> {
     })?;
     let repeats = table
         .column("repeat")
-        .map(|column| column.cells.clone())
+        .map(|column| column.cells.iter().map(str::to_owned).collect())
         .unwrap_or_default();
     Ok(ResponseOutcome {
         response,
@@ -249,7 +249,7 @@ fn directions(table: &Table) -> Result<Vec<Option<Direction>>, Error> {
         .cells
         .iter()
         .zip(&table.lines)
-        .map(|(cell, line)| match cell.as_str() {
+        .map(|(cell, line)| match cell {
             "" => Ok(None),
             "up" => Ok(Some(Direction::Up)),
             "down" => Ok(Some(Direction::Down)),

@@ -23,7 +23,33 @@ pub struct Column {
     /// The text in its brackets.
     pub unit: Option<String>,
     /// Its cells, without surrounding space.
-    pub cells: Vec<String>,
+    pub cells: Cells,
+}
+
+/// The cells of a column, one text after the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cells {
+    text: String,
+    ends: Vec<usize>,
+}
+
+impl Cells {
+    fn push(&mut self, cell: &str) {
+        self.text.push_str(cell);
+        self.ends.push(self.text.len());
+    }
+
+    /// The cell of a row.
+    pub fn get(&self, row: usize) -> Option<&str> {
+        let end = *self.ends.get(row)?;
+        let start = row.checked_sub(1).map_or(0, |before| self.ends[before]);
+        self.text.get(start..end)
+    }
+
+    /// All cells in turn.
+    pub fn iter(&self) -> impl Iterator<Item = &str> {
+        (0..self.ends.len()).filter_map(|row| self.get(row))
+    }
 }
 
 impl Table {
@@ -57,12 +83,15 @@ impl Table {
             columns.push(Column {
                 name: name.to_owned(),
                 unit: unit.map(str::to_owned),
-                cells: Vec::new(),
+                cells: Cells::default(),
             });
         }
         let mut lines = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| unreadable(label, &error))?;
+        let mut record = csv::StringRecord::new();
+        while reader
+            .read_record(&mut record)
+            .map_err(|error| unreadable(label, &error))?
+        {
             let line = record.position().map_or(0, csv::Position::line);
             if record.len() != columns.len() {
                 return Err(Error::data(format!(
@@ -75,7 +104,7 @@ impl Table {
                 .advise("repair the row"));
             }
             for (column, cell) in columns.iter_mut().zip(&record) {
-                column.cells.push(cell.to_owned());
+                column.cells.push(cell);
             }
             lines.push(line);
         }

@@ -124,28 +124,47 @@ impl Problem {
         variances.iter().map(|v| 1.0 / v.sqrt()).collect()
     }
 
-    /// Weighted columns of `terms` with the weighted right-hand side last.
-    pub(super) fn design(
+    /// The triangular factor of the weighted columns of `chosen` with the weighted right-hand side last; rows are
+    /// taken in portions that stay in the cache, each beneath the factor of those before.
+    pub(super) fn factor(
         &self,
         stations: &[Station],
         chosen: &[usize],
         state: &State,
         offsets: &[[f64; 3]; 3],
     ) -> DMatrix<f64> {
+        const PORTION: usize = 192;
         let roots = self.root_weights(stations, state);
         let p = chosen.len();
-        let mut out = DMatrix::zeros(self.rows.len(), p + 1);
-        for (i, (row, run)) in self.rows.iter().zip(&self.runs).enumerate() {
-            let station = &stations[*row];
-            let at = self.inputs(station, *run, state, offsets);
-            for (c, t) in chosen.iter().enumerate() {
-                out[(i, c)] = self.terms[*t].column(self.k, &at) * roots[i];
+        let mut factor = DMatrix::zeros(0, p + 1);
+        for (portion, first) in self.rows.chunks(PORTION).zip((0..).step_by(PORTION)) {
+            let above = factor.nrows();
+            let mut work = factor.resize_vertically(above + portion.len(), 0.0);
+            for (i, row) in portion.iter().enumerate() {
+                let station = &stations[*row];
+                let root = roots[first + i];
+                let at = self.inputs(station, self.runs[first + i], state, offsets);
+                for (c, t) in chosen.iter().enumerate() {
+                    work[(above + i, c)] = self.terms[*t].column(self.k, &at) * root;
+                }
+                let output = station.output(self.sensor).map_or(0.0, |o| o[self.k]);
+                let linear = at.slope * dot(at.omega_row, offsets[self.k]);
+                work[(above + i, p)] = (output - at.u[self.k] + linear) * root;
             }
-            let output = station.output(self.sensor).map_or(0.0, |o| o[self.k]);
-            let linear = at.slope * dot(at.omega_row, offsets[self.k]);
-            out[(i, p)] = (output - at.u[self.k] + linear) * roots[i];
+            factor = if work.nrows() > p + 1 {
+                work.qr().unpack_r()
+            } else {
+                work
+            };
         }
-        out
+        triangle(factor)
+    }
+
+    /// Whether the weights change with the estimate.
+    pub(super) fn has_reference_errors(&self, stations: &[Station]) -> bool {
+        self.rows
+            .iter()
+            .any(|row| stations[*row].input_sigma(self.sensor) != [0.0; 3])
     }
 
     /// Output − fit of each row.

@@ -6,7 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF as _, StudentsT};
 
 use super::add::{self, Addition};
 use super::check;
-use super::determine::{Candidate, Status, admit, triangle};
+use super::determine::{Candidate, Status, admit};
 use super::fit::{Problem, Solution, State, dot, solve};
 use super::magnitude::magnitudes;
 use super::tell::tell;
@@ -154,6 +154,14 @@ impl Decided {
         self.problem.terms[term].plausible(self.problem.sensor, self.reach, self.warmth_k)
     }
 
+    /// The factor's columns of some terms, and its right-hand side.
+    pub(super) fn columns(&self, chosen: &[usize]) -> DMatrix<f64> {
+        let side = self.factor.ncols() - 1;
+        DMatrix::from_fn(self.factor.nrows(), chosen.len() + 1, |i, j| {
+            self.factor[(i, chosen.get(j).copied().unwrap_or(side))]
+        })
+    }
+
     /// The term of a parameter path, where it is of this axis.
     pub(crate) fn term_of(&self, name: &str) -> Option<usize> {
         (0..self.status.len()).find(|t| self.name(*t) == name)
@@ -277,13 +285,7 @@ pub(crate) fn sigmas(stations: &[Station], options: &Options) -> Vec<(String, f6
     let mut out = Vec::new();
     for axis in decide_all(stations, options) {
         let chosen = axis.estimated();
-        let side = axis.factor.ncols() - 1;
-        let mut columns = chosen.clone();
-        columns.push(side);
-        let design = DMatrix::from_fn(axis.factor.nrows(), columns.len(), |i, j| {
-            axis.factor[(i, columns[j])]
-        });
-        if let Some(solution) = solve(design) {
+        if let Some(solution) = solve(axis.columns(&chosen)) {
             for (i, t) in chosen.iter().enumerate() {
                 out.push((axis.name(*t), solution.covariance[(i, i)].max(0.0).sqrt()));
             }
@@ -351,7 +353,7 @@ fn decide(
             let count = problem.terms.len();
             let state: State = std::array::from_fn(|_| vec![0.0; count]);
             let all: Vec<usize> = (0..count).collect();
-            let design = problem.design(stations, &all, &state, &NO_OFFSETS);
+            let factor = problem.factor(stations, &all, &state, &NO_OFFSETS);
             let reach = rows
                 .iter()
                 .map(|i| stations[*i].input(sensor)[k].abs())
@@ -365,7 +367,7 @@ fn decide(
                     .iter()
                     .map(|t| options.asked.has(t.group, warm))
                     .collect(),
-                factor: triangle(design),
+                factor,
                 status: Vec::new(),
                 problem,
                 reach,
@@ -390,12 +392,20 @@ fn estimate(stations: &[Station], axes: &[Decided], outcome: &mut Outcome) -> Re
             .iter()
             .any(|t| axes[k].problem.terms[*t].group == Group::AxisOffset)
     });
+    let fixed_weights = !axes
+        .iter()
+        .any(|axis| axis.problem.has_reference_errors(stations));
     for round in 0..30 {
         for (k, axis) in axes.iter().enumerate() {
             if chosen[k].is_empty() {
                 continue;
             }
-            let design = axis.problem.design(stations, &chosen[k], &state, &offsets);
+            // The factor at the start is known from the decision.
+            let design = if round == 0 {
+                axis.columns(&chosen[k])
+            } else {
+                axis.problem.factor(stations, &chosen[k], &state, &offsets)
+            };
             solutions[k] = solve(design);
         }
         let before = offsets;
@@ -417,7 +427,7 @@ fn estimate(stations: &[Station], axes: &[Decided], outcome: &mut Outcome) -> Re
             .zip(before.iter().flatten())
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
-        if round >= 2 && (!curved || moved < 1e-12) {
+        if !curved && fixed_weights || round >= 2 && (!curved || moved < 1e-12) {
             break;
         }
     }

@@ -189,7 +189,7 @@ pub(super) fn read(
             .column(name)
             .and_then(|c| c.cells.get(row))
             .filter(|t| !t.is_empty())
-            .cloned()
+            .map(str::to_owned)
     };
     let mut out = Read {
         stations: Vec::with_capacity(table.rows()),
