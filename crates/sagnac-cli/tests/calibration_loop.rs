@@ -63,8 +63,9 @@ fn write(folder: &Path) {
         "start [s],end [s],f_x [m/s^2],f_y [m/s^2],f_z [m/s^2],w_x [rad/s],w_y [rad/s],w_z [rad/s]\n",
     );
     for (i, (f, w, t)) in inputs().iter().enumerate() {
-        let start = (i * SAMPLES) as f64 / 50.0;
-        let end = ((i + 1) * SAMPLES) as f64 / 50.0;
+        // Between stations the rate jumps, and with it the size effect.
+        let start = (i * SAMPLES) as f64 / 50.0 + 0.1;
+        let end = ((i + 1) * SAMPLES) as f64 / 50.0 - 0.1;
         let cells = format!("{},{},{},{},{},{}", f[0], f[1], f[2], w[0], w[1], w[2]);
         let _ = writeln!(schedule, "{start},{end},{cells}");
         for k in 1..=SAMPLES {
@@ -266,7 +267,7 @@ fn cubic() {
 
 #[test]
 fn g2_sensitivity() {
-    let row = "[\"5 deg/h/g^2\", \"-4 deg/h/g^2\", \"0 deg/h/g^2\", \"8 deg/h/g^2\", \"-6 deg/h/g^2\", \"3 deg/h/g^2\"]";
+    let row = "[\"25 deg/h/g^2\", \"-20 deg/h/g^2\", \"0 deg/h/g^2\", \"40 deg/h/g^2\", \"-30 deg/h/g^2\", \"15 deg/h/g^2\"]";
     check(
         &format!("[gyro.g2_sensitivity]\nmatrix = [{row}, {row}, {row}]"),
         "default,+g2_sensitivity",

@@ -50,6 +50,8 @@ pub struct MergeOutcome {
     pub held: Vec<String>,
     /// The models by name.
     pub labels: Vec<String>,
+    /// What each of them held at zero.
+    pub held_by: Vec<Vec<String>>,
     /// What must be said.
     pub warnings: Vec<String>,
     /// What is said besides.
@@ -157,6 +159,16 @@ pub fn merge(request: &MergeRequest) -> Result<MergeOutcome, Error> {
         unequal,
         held,
         labels,
+        held_by: request
+            .models
+            .iter()
+            .map(|m| {
+                m.calibrations()
+                    .iter()
+                    .flat_map(|c| c.held.iter().cloned())
+                    .collect()
+            })
+            .collect(),
         warnings: gathered.warnings,
         notes,
     };
@@ -242,10 +254,19 @@ impl MergeOutcome {
             .conflicts
             .iter()
             .map(|c| {
-                format!(
+                let mut words = format!(
                     "{} of {} and {} differ by {:.1} sigma",
                     c.name, self.labels[c.parts[0]], self.labels[c.parts[1]], c.z
-                )
+                );
+                for part in c.parts {
+                    if let Some(held) = self.held_beside(part, &c.name) {
+                        words.push_str(&format!(
+                            ": {} holds {held} at zero, which may be why",
+                            self.labels[part]
+                        ));
+                    }
+                }
+                words
             })
             .collect();
         out.extend(self.unequal.iter().map(|u| {
@@ -255,6 +276,19 @@ impl MergeOutcome {
             )
         }));
         out
+    }
+
+    /// A term of the same axis that a model held at zero and another determined.
+    fn held_beside(&self, part: usize, name: &str) -> Option<&str> {
+        let (sensor, axis, _) = Term::named(name)?;
+        self.held_by
+            .get(part)?
+            .iter()
+            .map(String::as_str)
+            .find(|held| {
+                Term::named(held).is_some_and(|(s, k, _)| s == sensor && k == axis)
+                    && self.merged.names.iter().any(|n| n == held)
+            })
     }
 
     /// The document of `--format json`.

@@ -63,7 +63,7 @@ impl ResponseOutcome {
         let small = r
             .accuracy
             .as_ref()
-            .map_or(0.0, |a| a.max_abs)
+            .map_or(0.0, |a| a.mean.abs())
             .max(r.precision.as_ref().map_or(0.0, |p| p.value));
         Shown::of(
             &self.output,
