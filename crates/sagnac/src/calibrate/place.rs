@@ -1,6 +1,5 @@
 //! Where a calibration was made: gravity given, from latitude and height, or standard.
 
-use super::StationsRequest;
 use crate::Error;
 
 /// Where the log was made.
@@ -33,10 +32,5 @@ impl Place {
 
 /// Gravity at a place.
 pub(super) fn place_gravity(place: &Place) -> Result<f64, Error> {
-    super::gravity(&StationsRequest {
-        latitude_rad: place.latitude_rad,
-        height_m: place.height_m,
-        gravity_m_s2: place.gravity_m_s2,
-        ..StationsRequest::default()
-    })
+    super::gravity(place.gravity_m_s2, place.latitude_rad, place.height_m)
 }

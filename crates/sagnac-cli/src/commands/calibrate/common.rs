@@ -6,6 +6,7 @@ use sagnac::Error;
 use sagnac::model::units::Dimension;
 use sha2::{Digest as _, Sha256};
 
+use crate::inputs::hexadecimal;
 use crate::outputs::Output;
 use crate::quantities::optional;
 
@@ -102,29 +103,9 @@ pub(super) fn source(path: &Path, hash: &str) -> String {
     format!("{name} sha256:{hash}")
 }
 
-/// SHA-256 of a file in hexadecimal digits; of standard input nothing can be said.
-pub(super) fn hash_of(path: &Path) -> Result<String, Error> {
-    if !path.is_file() {
-        return Ok("unknown".to_owned());
-    }
-    let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
-    let mut hash = Sha256::new();
-    std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
-    Ok(digits(&hash.finalize()))
-}
-
 /// SHA-256 of bytes in hexadecimal digits.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
-    digits(&Sha256::digest(bytes))
-}
-
-fn digits(bytes: &[u8]) -> String {
-    use std::fmt::Write as _;
-    let mut out = String::with_capacity(64);
-    for byte in bytes {
-        let _ = write!(out, "{byte:02x}");
-    }
-    out
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 impl Place {
@@ -140,7 +121,6 @@ impl Place {
 
 /// SHA-256 of a file, read in pieces; none of a pipe or a folder.
 pub(super) fn hash_of(path: &Path) -> Result<Option<String>, Error> {
-    use std::fmt::Write as _;
     if !path.is_file() {
         return Ok(None);
     }
@@ -148,9 +128,5 @@ pub(super) fn hash_of(path: &Path) -> Result<Option<String>, Error> {
     let mut file = std::fs::File::open(path).map_err(cannot)?;
     let mut hash = Sha256::new();
     std::io::copy(&mut file, &mut hash).map_err(cannot)?;
-    let mut out = String::with_capacity(64);
-    for byte in hash.finalize() {
-        let _ = write!(out, "{byte:02x}");
-    }
-    Ok(Some(out))
+    Ok(Some(hexadecimal(&hash.finalize())))
 }

@@ -101,9 +101,10 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     };
     let mut outputs = Vec::new();
     if model_file.is_some() || page_file.is_some() {
-        let mut read = vec![(args.table.as_path(), hash_of(&args.table)?)];
+        let hash = |path| hash_of(path).map(|hash| hash.unwrap_or_else(|| "unknown".to_owned()));
+        let mut read = vec![(args.table.as_path(), hash(&args.table)?)];
         if let Some(schedule) = &args.schedule {
-            read.push((schedule, hash_of(schedule)?));
+            read.push((schedule, hash(schedule)?));
         }
         outcome.request.source = Some(source(read[0].0, &read[0].1));
         let facts = PageFacts {
