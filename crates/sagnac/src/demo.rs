@@ -6,15 +6,16 @@ use sagnac_log::Log;
 use sagnac_model::{Catalogue, Model};
 use sagnac_nav::{Earth, Start, Trajectory};
 use sagnac_noise::TermSet;
-use sagnac_report::html::{CharacterizePage, ChartPage, DriftPage, Opening};
 use sagnac_report::text::{Align, Cell, Document, Table, significant};
 use serde_json::{Value, json};
 
+mod page;
+
 use crate::Error;
 use crate::budget::{BudgetOutcome, BudgetRequest, Figure, budget};
-use crate::characterize::{NamedLog, Outcome, PageFacts, Request, characterize};
+use crate::characterize::{NamedLog, Outcome, Request, characterize};
 use crate::drift::{DriftOutcome, DriftRequest, drift};
-use crate::grade::{GradeOutcome, GradeRequest, area_charts, grade, grade_page};
+use crate::grade::{GradeOutcome, GradeRequest, grade};
 use crate::simulate::{MotionSource, SimulateOutcome, SimulateRequest, simulate_log};
 
 /// Length of the simulated rest, s.
@@ -33,6 +34,8 @@ pub struct Check {
     pub term: &'static str,
     /// What was simulated, SI.
     pub truth: f64,
+    /// The estimate and its 95 % interval, SI; of an upper limit only the upper end.
+    pub found: [Option<f64>; 3],
     /// Whether the 95 % interval (or limit) holds it.
     pub is_held: bool,
 }
@@ -153,6 +156,7 @@ fn checks(model: &Model, outcome: &Outcome) -> Vec<Check> {
                 axis: axis.axis.clone(),
                 term,
                 truth,
+                found: [found.value, found.lower, found.upper],
                 is_held,
             });
         }
@@ -268,59 +272,10 @@ impl DemoOutcome {
         document.table(table).blank();
         document
     }
-
-    /// The page of the grade, with the charts of the application areas.
-    ///
-    /// # Errors
-    /// A catalogue that cannot be read.
-    pub fn grade_page(
-        &self,
-        catalogue: &Catalogue,
-        command: &str,
-        version: &str,
-    ) -> Result<ChartPage, Error> {
-        let charts = area_charts(catalogue, std::slice::from_ref(&self.model), None)?;
-        let outcomes = std::slice::from_ref(&self.grade);
-        Ok(grade_page(outcomes, charts, command, version))
-    }
-
-    /// The page of the drift at rest.
-    pub fn drift_page(&self, command: &str, version: &str) -> DriftPage {
-        self.drift.page(Opening {
-            version: version.to_owned(),
-            command: command.to_owned(),
-            ..Opening::default()
-        })
-    }
-
-    /// The page of the characterization, with the truth beside it in words.
-    pub fn page(&self, facts: &PageFacts) -> CharacterizePage {
-        let mut page = self.characterized.to_page(facts);
-        let missed: Vec<String> = self
-            .checks
-            .iter()
-            .filter(|c| !c.is_held)
-            .map(|c| format!("{} {}", c.axis, c.term))
-            .collect();
-        let mut text = format!(
-            " Simulated from the catalogue's {}: {} of {} intervals hold the number they were simulated from (95 % would be {:.1})",
-            self.model.name(),
-            self.covered(),
-            self.checks.len(),
-            0.95 * self.checks.len() as f64
-        );
-        if !missed.is_empty() {
-            text.push_str("; the others are ");
-            text.push_str(&missed.join(", "));
-        }
-        text.push_str(". Its grade and application areas are in grade.html, its drift at rest in drift.html, beside this page.");
-        page.verdict = page.verdict.plain(text);
-        page
-    }
 }
 
 /// A distance in m or km.
-fn distance(m: f64) -> String {
+pub(super) fn distance(m: f64) -> String {
     if m < 1000.0 {
         format!("{} m", significant(m, 2))
     } else {

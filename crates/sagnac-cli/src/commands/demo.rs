@@ -38,7 +38,6 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         claim("model.toml")?,
         claim("report.html")?,
     );
-    let (mut grade_file, mut drift_file) = (claim("grade.html")?, claim("drift.html")?);
     let catalogue = Catalogue::embedded();
     let outcome = demo(&catalogue, SENSOR, "log.npy", args.seed)?;
 
@@ -73,26 +72,8 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         inputs: vec![("log.npy, its columns".to_owned(), digest)],
     };
-    report.put(outcome.page(&facts).html().as_bytes())?;
-    grade_file.put(
-        outcome
-            .grade_page(&catalogue, &facts.command, &facts.version)?
-            .html()
-            .as_bytes(),
-    )?;
-    drift_file.put(
-        outcome
-            .drift_page(&facts.command, &facts.version)
-            .html()
-            .as_bytes(),
-    )?;
-    let files = publish_all(vec![
-        log_file.into_output()?,
-        model_file,
-        grade_file,
-        drift_file,
-        report,
-    ])?;
+    report.put(outcome.page(&catalogue, &facts)?.html().as_bytes())?;
+    let files = publish_all(vec![log_file.into_output()?, model_file, report])?;
     context.show(|| outcome.document(), || outcome.to_json(&files))?;
     let named: Vec<String> = files
         .iter()

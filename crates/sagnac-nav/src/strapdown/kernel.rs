@@ -1,7 +1,8 @@
 //! One strapdown step in inertial axes, several runs in vector lanes. Rate and specific force are one element A = (ω, f)
 //! of se(3), [A, B] = (ω_A×ω_B, ω_A×f_B − ω_B×f_A); Magnus' series of its polynomial A₀ + A₁u + A₂u² …,
-//! (φ, ρ) = ∫A + coning and sculling + [A₀,[A₀,A₂]]/360 − [A₁,[A₀,A₁]]/240 − …, gives the rotation vector φ and the velocity
-//! change Δv = ρ + (1 − cos φ)/φ² φ×ρ + (φ − sin φ)/φ³ φ×(φ×ρ) [BLANES] [SAVAGE].
+//! (φ, ρ) = ∫A + coning and sculling + [A₀,[A₀,A₂]]/360 − …, gives the rotation vector φ and the velocity change
+//! Δv = ρ + (1 − cos φ)/φ² φ×ρ + (φ − sin φ)/φ³ φ×(φ×ρ) [BLANES] [SAVAGE]; the position follows by Euler and Maclaurin's
+//! rule, ∫v = h(v₀ + v₁)/2 − h²(v̇₁ − v̇₀)/12.
 //!
 //! Inertial axes need no Coriolis or transport terms; the field is symmetric about z, so gravitation is a function of the
 //! inertial position alone. The loop over lanes is straight-line arithmetic that the compiler turns into vectors; nothing
@@ -47,12 +48,18 @@ pub(super) struct Hold {
     pub(super) climb_m_s: f64,
 }
 
+impl Hold {
+    fn holds(&self) -> bool {
+        self.height_gain != 0.0 || self.climb_gain != 0.0
+    }
+}
+
 /// Constants of the Earth, so that the ellipsoid and the sphere are the same arithmetic.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Field {
     a: f64,
     e2: f64,
-    flat: f64,
+    flat2: f64,
     ep2_b: f64,
     e2_a_flat: f64,
     rate: f64,
@@ -66,7 +73,7 @@ impl Field {
         Self {
             a,
             e2,
-            flat,
+            flat2: flat * flat,
             ep2_b: e2 / (1.0 - e2) * a * flat,
             e2_a_flat: e2 * a * flat,
             rate: earth.rate_rad_s(),
@@ -76,38 +83,32 @@ impl Field {
 
     /// Gravitation, normal and height: Bowring's tangent once, in a form without singularity at the poles.
     #[inline(always)]
-    fn at(&self, x: f64, y: f64, z: f64) -> ([f64; 3], [f64; 3], f64) {
+    fn at(&self, [x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3], f64) {
         let p2 = x * x + y * y;
-        let inverse = 1.0 / (p2 * self.flat * self.flat + z * z).sqrt();
+        let inverse = 1.0 / (p2 * self.flat2 + z * z).sqrt();
         let su = z * inverse;
-        let cu2 = p2 * self.flat * self.flat * inverse * inverse;
-        let num = z * (1.0 + self.ep2_b * inverse * su * su);
-        let den = 1.0 - self.e2_a_flat * inverse * cu2;
-        let inverse = 1.0 / (num * num + p2 * den * den).sqrt();
+        let su2 = su * su;
+        let num = z * (1.0 + self.ep2_b * inverse * su2);
+        let den = 1.0 - self.e2_a_flat * inverse * (1.0 - su2);
+        let inverse = 1.0 / (num * num + p2 * (den * den)).sqrt();
         let (k, s) = (den * inverse, num * inverse);
         let s2 = s * s;
-        // √(1 − e² s²) and its inverse by their series: e² s² < 0.0067, seven terms leave 1e-17.
+        // 1/√(1 − e² s²) by its series: e² s² < 0.0067, seven terms leave 1e-16.
         let w = self.e2 * s2;
-        let root = 1.0
-            - w * (0.5
-                + w * (0.125
-                    + w * (0.0625 + w * (5.0 / 128.0 + w * (7.0 / 256.0 + w * (21.0 / 1024.0))))));
-        let inverse_root = 1.0
-            + w * (0.5
-                + w * (0.375
-                    + w * (0.3125
-                        + w * (35.0 / 128.0 + w * (63.0 / 256.0 + w * (231.0 / 1024.0))))));
-        let height = p2 * k + z * s - self.a * root;
+        let w2 = w * w;
+        let inverse_root = (1.0 + 0.5 * w)
+            + w2 * ((0.375 + 0.3125 * w)
+                + w2 * ((35.0 / 128.0 + 63.0 / 256.0 * w) + w2 * (231.0 / 1024.0)));
+        let height = p2 * k + z * s - self.a * ((1.0 - w) * inverse_root);
         let gravity = if self.sphere {
             let ratio = self.a / (self.a + height);
             9.806_65 * ratio * ratio
         } else {
+            const M: f64 = 0.003_449_786_506_84;
             let h = height * (1.0 / crate::earth::WGS84_A_M);
-            9.780_325_335_9
-                * (1.0 + 0.001_931_852_652_41 * s2)
+            (9.780_325_335_9 + (9.780_325_335_9 * 0.001_931_852_652_41) * s2)
                 * inverse_root
-                * (1.0 - 2.0 * (1.0 + WGS84_F + 0.003_449_786_506_84 - 2.0 * WGS84_F * s2) * h
-                    + 3.0 * h * h)
+                * (1.0 + h * ((4.0 * WGS84_F * s2 - 2.0 * (1.0 + WGS84_F + M)) + 3.0 * h))
         };
         let across = -gravity * k - self.rate * self.rate;
         (
@@ -120,7 +121,7 @@ impl Field {
 
 /// The gravitation of one position, by the kernel's own formula.
 pub(super) fn gravitation(field: &Field, r: [f64; 3]) -> [f64; 3] {
-    field.at(r[0], r[1], r[2]).0
+    field.at(r).0
 }
 
 #[inline(always)]
@@ -143,171 +144,355 @@ fn bracket(wa: [f64; 3], fa: [f64; 3], wb: [f64; 3], fb: [f64; 3]) -> ([f64; 3],
     (cross(wa, wb), add(cross(wa, fb), cross(fa, wb)))
 }
 
-/// Advances every lane over one interval. `window` is oldest first; `place` is the interval's sample in it.
+/// Steps that are worked out at once, pass by pass.
+const STEPS: usize = 16;
+/// Intervals of all lanes in them, for up to eight lanes.
+const CHUNK: usize = STEPS * 8;
+/// With the four samples more that the windows reach.
+const REACH: usize = CHUNK + 4 * 8;
+
+/// Samples by channel, lane after lane and step after step.
+type Channels = [[f64; REACH]; 6];
+
+/// What an interval does, whatever the state before it: sin(φ/2)/φ·φ and cos(φ/2) − 1 of its turn, and the velocity and
+/// position it adds in the body axes of its start.
+#[derive(Debug, Clone)]
+pub(super) struct Parts {
+    turn: [[f64; CHUNK]; 3],
+    unit: [f64; CHUNK],
+    dv: [[f64; CHUNK]; 3],
+    dp: [[f64; CHUNK]; 3],
+}
+
+/// How the window of an interval lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// Five samples, the interval's in the middle.
+    Centred,
+    /// Two samples, the interval's last.
+    Pair,
+    /// Any weights of up to five samples, the interval's at this place.
+    Any(usize),
+}
+
+/// The parts of `count` intervals of length `h`, each from the samples at its index and the following ones `L` apart.
 #[inline(always)]
-pub(super) fn advance<const L: usize, const CENTRED: bool>(
-    lanes: &mut Lanes<L>,
-    field: &Field,
+fn intervals<const L: usize>(
+    samples: &Channels,
+    form: Form,
     weights: &Weights,
-    window: [&[[f64; L]; 6]; 5],
-    place: usize,
-    dt: f64,
-    hold: &Hold,
+    h: f64,
+    count: usize,
+    parts: &mut Parts,
 ) {
-    let here = window[place];
-    for l in 0..L {
-        let (mut a0, mut a1, mut a2, mut a3) = ([0.0; 6], [0.0; 6], [0.0; 6], [0.0; 6]);
-        let (mut e1, mut e3, mut mean) = ([0.0; 6], [0.0; 6], [0.0; 6]);
+    match form {
+        Form::Centred => interval_loop::<L, 5, true>(samples, 2, weights, h, count, parts),
+        Form::Pair => interval_loop::<L, 2, false>(samples, 1, weights, h, count, parts),
+        Form::Any(place) => {
+            interval_loop::<L, 5, false>(samples, place, weights, h, count, parts);
+        }
+    }
+}
+
+#[inline(always)]
+fn interval_loop<const L: usize, const WIDTH: usize, const CENTRED: bool>(
+    samples: &Channels,
+    place: usize,
+    weights: &Weights,
+    h: f64,
+    count: usize,
+    parts: &mut Parts,
+) {
+    let centred = weights.centred;
+    let scale = if CENTRED { centred.scale } else { 1.0 };
+    let second = h * h * scale;
+    let (third, fourth, cubic) = (
+        h * h * h * (1.0 / 720.0),
+        12.0 * h * scale,
+        0.025 * h * second,
+    );
+    let twelfth = h * (1.0 / 12.0);
+    let here = place.min(4) * L;
+    for i in 0..count.min(CHUNK) {
+        // Coning is E₁ × O₁ + E₂ × O₂ in even and odd combinations of the samples, and sculling likewise; 2a₁, 2a₂ and
+        // the change of f over the interval serve the smaller terms.
+        let (mut even, mut odd) = ([[0.0; 6]; 2], [[0.0; 6]; 2]);
+        let (mut bend, mut slope, mut rise) = ([0.0; 6], [0.0; 6], [0.0; 3]);
+        let mut mean = [0.0; 6];
         for c in 0..6 {
-            mean[c] = here[c][l];
-            let m = [
-                window[0][c][l],
-                window[1][c][l],
-                window[2][c][l],
-                window[3][c][l],
-                window[4][c][l],
-            ];
             if CENTRED {
+                let m: [f64; 5] = core::array::from_fn(|j| samples[c][i + j * L]);
+                mean[c] = m[2];
                 let (s1, s2, d1, d2) = (m[3] + m[1], m[4] + m[0], m[3] - m[1], m[4] - m[0]);
-                a0[c] = weights.a0[2] * m[2] + weights.a0[3] * s1 + weights.a0[4] * s2;
-                a2[c] = weights.a2[2] * m[2] + weights.a2[3] * s1 + weights.a2[4] * s2;
-                a1[c] = weights.a1[3] * d1 + weights.a1[4] * d2;
-                a3[c] = weights.a3[3] * d1 + weights.a3[4] * d2;
-                e1[c] = weights.e1[2] * m[2] + weights.e1[3] * s1 + weights.e1[4] * s2;
-                e3[c] = weights.e3[2] * m[2] + weights.e3[3] * s1 + weights.e3[4] * s2;
+                let d = d2 + centred.odd[0] * d1;
+                even[0][c] = m[2] + centred.even[0] * s1;
+                even[1][c] = s2 + centred.even[1] * s1;
+                odd[0][c] = d1 + centred.odd[1] * d;
+                odd[1][c] = centred.odd[2] * d;
+                slope[c] = d1;
+                bend[c] = (s1 - m[2]) - m[2];
+                if c >= 3 {
+                    rise[c - 3] = (2.0 / 3.0) * d1 - (1.0 / 12.0) * d2;
+                }
             } else {
+                mean[c] = samples[c][i + here];
+                let m: [f64; WIDTH] = core::array::from_fn(|j| samples[c][i + j * L]);
                 let sum = |w: &[f64; 5]| {
-                    w[0] * m[0] + w[1] * m[1] + w[2] * m[2] + w[3] * m[3] + w[4] * m[4]
+                    let mut sum = 0.0;
+                    for j in 0..WIDTH {
+                        sum += w[j] * m[j];
+                    }
+                    sum
                 };
-                a0[c] = sum(&weights.a0);
-                a1[c] = sum(&weights.a1);
-                a2[c] = sum(&weights.a2);
-                a3[c] = sum(&weights.a3);
-                e1[c] = sum(&weights.e1);
-                e3[c] = sum(&weights.e3);
+                even[0][c] = sum(&weights.e1);
+                even[1][c] = sum(&weights.e3);
+                odd[0][c] = sum(&weights.a1);
+                odd[1][c] = sum(&weights.a3);
+                slope[c] = 2.0 * odd[0][c];
+                bend[c] = 2.0 * sum(&weights.a2);
+                if c >= 3 {
+                    rise[c - 3] = odd[0][c] + 0.25 * odd[1][c];
+                }
             }
         }
         let gyro = |v: &[f64; 6]| [v[0], v[1], v[2]];
         let accel = |v: &[f64; 6]| [v[3], v[4], v[5]];
-        let (h, h2) = (dt, dt * dt);
 
         // Second order of the series: coning and sculling.
-        let coning = add(cross(gyro(&e1), gyro(&a1)), cross(gyro(&e3), gyro(&a3)));
-        let sculling = add(
-            add(cross(gyro(&e1), accel(&a1)), cross(gyro(&e3), accel(&a3))),
-            add(cross(accel(&e1), gyro(&a1)), cross(accel(&e3), gyro(&a3))),
+        let coning = add(
+            cross(gyro(&even[0]), gyro(&odd[0])),
+            cross(gyro(&even[1]), gyro(&odd[1])),
         );
-        // Third and fourth order: [A₀, [A₀, A₂]]/360 − [A₁, [A₀, A₁]]/240 − [A₀, [A₀, [A₀, A₁]]]/720, where [A₀, A₁] is
-        // 12 times the second order.
-        let (mut w2, mut f2) = (gyro(&a2), accel(&a2));
-        for i in 0..3 {
-            w2[i] -= 6.0 * h * coning[i];
-            f2[i] -= 6.0 * h * sculling[i];
+        let sculling = add(
+            add(
+                cross(gyro(&even[0]), accel(&odd[0])),
+                cross(gyro(&even[1]), accel(&odd[1])),
+            ),
+            add(
+                cross(accel(&even[0]), gyro(&odd[0])),
+                cross(accel(&even[1]), gyro(&odd[1])),
+            ),
+        );
+        // Third and fourth order: [A₀, [A₀, A₂]]/360 − [A₁, [A₀, A₁]]/240 − [A₀, [A₀, [A₀, A₁]]]/720 with the mean for A₀
+        // and the middle slope for A₁; [A₀, A₁] is 12 times the second order.
+        for k in 0..3 {
+            bend[k] -= fourth * coning[k];
+            bend[3 + k] -= fourth * sculling[k];
         }
-        let (inner_w, inner_f) = bracket(gyro(&a0), accel(&a0), w2, f2);
-        let (outer_w, outer_f) = bracket(gyro(&a0), accel(&a0), inner_w, inner_f);
-        let (odd_w, odd_f) = bracket(gyro(&a1), accel(&a1), coning, sculling);
+        let (inner_w, inner_f) = bracket(gyro(&mean), accel(&mean), gyro(&bend), accel(&bend));
+        let (outer_w, outer_f) = bracket(gyro(&mean), accel(&mean), inner_w, inner_f);
+        let (odd_w, odd_f) = bracket(gyro(&slope), accel(&slope), coning, sculling);
         let (mut phi, mut rho) = ([0.0; 3], [0.0; 3]);
-        for i in 0..3 {
-            phi[i] = h
-                * (mean[i] + h * (coning[i] + h * (outer_w[i] * (1.0 / 360.0) - odd_w[i] * 0.05)));
-            rho[i] = h
-                * (mean[3 + i]
-                    + h * (sculling[i] + h * (outer_f[i] * (1.0 / 360.0) - odd_f[i] * 0.05)));
+        for k in 0..3 {
+            phi[k] = h * mean[k] + (second * coning[k] + (third * outer_w[k] - cubic * odd_w[k]));
+            rho[k] =
+                h * mean[3 + k] + (second * sculling[k] + (third * outer_f[k] - cubic * odd_f[k]));
         }
         let x = phi[0] * phi[0] + phi[1] * phi[1] + phi[2] * phi[2];
 
-        // Series in x = φ²: (1 − cos φ)/φ², (φ − sin φ)/φ³ and their integrals for the position.
+        // Series in x = φ²: (1 − cos φ)/φ² and (φ − sin φ)/φ³.
         let c1 = 0.5
             + x * (-1.0 / 24.0
                 + x * (1.0 / 720.0 + x * (-1.0 / 40_320.0 + x * (1.0 / 3_628_800.0))));
         let c2 = 1.0 / 6.0
             + x * (-1.0 / 120.0
                 + x * (1.0 / 5040.0 + x * (-1.0 / 362_880.0 + x * (1.0 / 39_916_800.0))));
-        let p2 = 1.0 / 24.0 + x * (-1.0 / 720.0 + x * (1.0 / 40_320.0));
         let turned = cross(phi, rho);
         let twice = cross(phi, turned);
-        let mut dv = [0.0; 3];
-        for i in 0..3 {
-            dv[i] = rho[i] + c1 * turned[i] + c2 * twice[i];
-        }
-
-        // ∫∫f = h²(½ f̄ − a₁/12 − a₃/80); ∫(h − τ)α × f = h³(a₀×b₀/6 + 0·a₀×b₁ − a₁×b₀/24 …).
-        let (b1, b3) = (accel(&a1), accel(&a3));
-        let f0 = accel(&a0);
-        let (constant, linear_rate) = (cross(gyro(&a0), f0), cross(gyro(&a1), f0));
-        let mut dp = [0.0; 3];
-        for i in 0..3 {
-            dp[i] = h2 * (0.5 * mean[3 + i] - b1[i] * (1.0 / 12.0) - b3[i] * (1.0 / 80.0))
-                + h2 * h * (c2 * constant[i] - (1.0 / 24.0) * linear_rate[i])
-                + h * p2 * twice[i];
-        }
-
-        let (q0, q1, q2, q3) = (lanes.q[0][l], lanes.q[1][l], lanes.q[2][l], lanes.q[3][l]);
-        let c = [
-            [
-                1.0 - 2.0 * (q2 * q2 + q3 * q3),
-                2.0 * (q1 * q2 - q0 * q3),
-                2.0 * (q1 * q3 + q0 * q2),
-            ],
-            [
-                2.0 * (q1 * q2 + q0 * q3),
-                1.0 - 2.0 * (q1 * q1 + q3 * q3),
-                2.0 * (q2 * q3 - q0 * q1),
-            ],
-            [
-                2.0 * (q1 * q3 - q0 * q2),
-                2.0 * (q2 * q3 + q0 * q1),
-                1.0 - 2.0 * (q1 * q1 + q2 * q2),
-            ],
+        // h (v̇₁ − v̇₀) = s + φ×s/2 … with s = h Δf + φ×ρ.
+        let change = [
+            turned[0] + h * rise[0],
+            turned[1] + h * rise[1],
+            turned[2] + h * rise[2],
         ];
-        let mut v = [lanes.v[0][l], lanes.v[1][l], lanes.v[2][l]];
-        let mut r = [lanes.r[0][l], lanes.r[1][l], lanes.r[2][l]];
-        let g = [
-            lanes.gravitation[0][l],
-            lanes.gravitation[1][l],
-            lanes.gravitation[2][l],
-        ];
-        for i in 0..3 {
-            r[i] +=
-                h * v[i] + (c[i][0] * dp[0] + c[i][1] * dp[1] + c[i][2] * dp[2]) + 0.5 * h2 * g[i];
-        }
-        let (g_end, normal, height) = field.at(r[0], r[1], r[2]);
-        for i in 0..3 {
-            v[i] +=
-                (c[i][0] * dv[0] + c[i][1] * dv[1] + c[i][2] * dv[2]) + 0.5 * h * (g[i] + g_end[i]);
-            r[i] += h2 * (1.0 / 6.0) * (g_end[i] - g[i]);
-        }
-
-        // The vertical channel: e = h̃ − h, climb = n·(v − Ω×r).
-        let error = height - hold.height_m;
-        let climb = normal[0] * (v[0] + field.rate * r[1])
-            + normal[1] * (v[1] - field.rate * r[0])
-            + normal[2] * v[2];
-        let integral = lanes.baro[0][l];
-        let dh = hold.height_gain * error;
-        let dc = hold.climb_gain * (climb - hold.climb_m_s)
-            + hold.velocity_per_height * error
-            + hold.dt_s * integral;
-        lanes.baro[0][l] = integral + hold.integral_per_height * error;
-        for i in 0..3 {
-            r[i] -= dh * normal[i];
-            v[i] -= dc * normal[i];
-            lanes.r[i][l] = r[i];
-            lanes.v[i][l] = v[i];
-            lanes.gravitation[i][l] = g_end[i];
-        }
-
-        // q ← q ⊗ (cos ½φ, sin ½φ) as an increment, with the rounding carried along.
+        let further = cross(phi, change);
+        // (cos ½φ, sin ½φ) as an increment.
         let y = 0.25 * x;
-        let ch = y
+        let sh = 0.5
+            + y * (-1.0 / 12.0 + y * (1.0 / 240.0 + y * (-1.0 / 10_080.0 + y * (1.0 / 725_760.0))));
+        parts.unit[i] = y
             * (-0.5
                 + y * (1.0 / 24.0
                     + y * (-1.0 / 720.0 + y * (1.0 / 40_320.0 + y * (-1.0 / 3_628_800.0)))));
-        let sh = 0.5
-            + y * (-1.0 / 12.0 + y * (1.0 / 240.0 + y * (-1.0 / 10_080.0 + y * (1.0 / 725_760.0))));
-        let (u1, u2, u3) = (sh * phi[0], sh * phi[1], sh * phi[2]);
-        let unit = ch + 0.5 * (1.0 - (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3));
+        for k in 0..3 {
+            let dv = rho[k] + (c1 * turned[k] + c2 * twice[k]);
+            parts.turn[k][i] = sh * phi[k];
+            parts.dv[k][i] = dv;
+            parts.dp[k][i] = (0.5 * h) * dv - twelfth * (change[k] + 0.5 * further[k]);
+        }
+    }
+}
+
+/// Three components of every interval in a chunk.
+type Three = [[f64; CHUNK]; 3];
+
+/// Room for a chunk's passes.
+struct Room {
+    samples: Channels,
+    parts: Parts,
+    /// Velocity and position changes, turned into inertial axes.
+    gained: Three,
+    moved: Three,
+    /// Where the field is evaluated, and what it is.
+    place: Three,
+    pull: Three,
+    normal: Three,
+    height: [f64; CHUNK],
+}
+
+impl Room {
+    fn new() -> Self {
+        Self {
+            samples: [[0.0; REACH]; 6],
+            parts: Parts::new(),
+            gained: [[0.0; CHUNK]; 3],
+            moved: [[0.0; CHUNK]; 3],
+            place: [[0.0; CHUNK]; 3],
+            pull: [[0.0; CHUNK]; 3],
+            normal: [[0.0; CHUNK]; 3],
+            height: [0.0; CHUNK],
+        }
+    }
+}
+
+/// Carries every lane over the intervals of a chunk, which all last as long as the first.
+///
+/// The attitude does not need the position, and the position needs gravitation only: so attitudes come first, then
+/// positions with a gravitation that is carried on along its gradient (in [`STEPS`] steps at 100 Hz off by 1e-8 m, in
+/// which gravitation does not change by 1e-13 m/s²), then the field at all of them, then the motion with that field.
+/// Nothing but additions stands between one step and the next.
+#[inline(always)]
+fn carry<const L: usize, const HELD: bool>(
+    lanes: &mut Lanes<L>,
+    field: &Field,
+    room: &mut Room,
+    holds: &[Hold],
+) {
+    let Some(h) = holds.first().map(|hold| hold.dt_s) else {
+        return;
+    };
+    let count = holds.len().min(STEPS) * L;
+    let Room {
+        parts,
+        gained,
+        moved,
+        place,
+        pull,
+        normal,
+        height,
+        ..
+    } = room;
+    // Attitude, and the velocity and position changes turned by it.
+    let (mut q, mut q_rest) = (lanes.q, lanes.q_rest);
+    for at in (0..count).step_by(L) {
+        turn::<L>(&mut q, &mut q_rest, parts, at, gained, moved);
+    }
+    (lanes.q, lanes.q_rest) = (q, q_rest);
+    // Where the lanes will be.
+    let (mut r, mut v, mut g) = (lanes.r, lanes.v, lanes.gravitation);
+    let mut step = [[0.0; L]; 3];
+    for l in 0..L {
+        // ġ of a point mass: −(g/r)(v − 3 r (r·v)/r²).
+        let inverse = 1.0 / (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
+        let pull = (g[0][l] * r[0][l] + g[1][l] * r[1][l] + g[2][l] * r[2][l]) * inverse;
+        let along = 3.0 * (r[0][l] * v[0][l] + r[1][l] * v[1][l] + r[2][l] * v[2][l]) * inverse;
+        for i in 0..3 {
+            step[i][l] = h * pull * (v[i][l] - along * r[i][l]);
+        }
+    }
+    for at in (0..count.min(CHUNK - L + 1)).step_by(L) {
+        for l in 0..L {
+            for i in 0..3 {
+                r[i][l] += h * (v[i][l] + h * (0.5 * g[i][l] + (1.0 / 6.0) * step[i][l]))
+                    + moved[i][at + l];
+                v[i][l] += gained[i][at + l] + h * (g[i][l] + 0.5 * step[i][l]);
+                g[i][l] += step[i][l];
+                place[i][at + l] = r[i][l];
+            }
+        }
+    }
+    for at in 0..count.min(CHUNK) {
+        let (g, n, above) = field.at([place[0][at], place[1][at], place[2][at]]);
+        for i in 0..3 {
+            pull[i][at] = g[i];
+            normal[i][at] = n[i];
+        }
+        height[at] = above;
+    }
+    let (mut r, mut v, mut g, mut baro) = (lanes.r, lanes.v, lanes.gravitation, lanes.baro);
+    for (hold, at) in holds.iter().zip((0..count.min(CHUNK - L + 1)).step_by(L)) {
+        for l in 0..L {
+            let k = at + l;
+            for i in 0..3 {
+                let (begin, end) = (g[i][l], pull[i][k]);
+                r[i][l] +=
+                    h * (v[i][l] + h * ((1.0 / 3.0) * begin + (1.0 / 6.0) * end)) + moved[i][k];
+                v[i][l] += gained[i][k] + (0.5 * h) * (begin + end);
+                g[i][l] = end;
+            }
+            if HELD {
+                // The vertical channel: e = h̃ − h, climb = n·(v − Ω×r).
+                let n = [normal[0][k], normal[1][k], normal[2][k]];
+                let error = height[k] - hold.height_m
+                    + (n[0] * (r[0][l] - place[0][k])
+                        + n[1] * (r[1][l] - place[1][k])
+                        + n[2] * (r[2][l] - place[2][k]));
+                let climb = n[0] * (v[0][l] + field.rate * r[1][l])
+                    + n[1] * (v[1][l] - field.rate * r[0][l])
+                    + n[2] * v[2][l];
+                let dh = hold.height_gain * error;
+                let dc = hold.climb_gain * (climb - hold.climb_m_s)
+                    + hold.velocity_per_height * error
+                    + hold.dt_s * baro[0][l];
+                baro[0][l] += hold.integral_per_height * error;
+                for i in 0..3 {
+                    r[i][l] -= dh * n[i];
+                    v[i][l] -= dc * n[i];
+                }
+            }
+        }
+    }
+    (lanes.r, lanes.v, lanes.gravitation, lanes.baro) = (r, v, g, baro);
+}
+
+/// The attitude of every lane over the interval whose parts begin at `at`, and what it turns.
+#[inline(always)]
+fn turn<const L: usize>(
+    q: &mut [[f64; L]; 4],
+    q_rest: &mut [[f64; L]; 4],
+    parts: &Parts,
+    at: usize,
+    gained: &mut Three,
+    moved: &mut Three,
+) {
+    if at + L > CHUNK {
+        return;
+    }
+    for l in 0..L {
+        let k = at + l;
+        let (q0, q1, q2, q3) = (q[0][l], q[1][l], q[2][l], q[3][l]);
+        let (t1, t2, t3) = (q1 + q1, q2 + q2, q3 + q3);
+        let (xx, yy, zz) = (q1 * t1, q2 * t2, q3 * t3);
+        let (xy, xz, yz) = (q1 * t2, q1 * t3, q2 * t3);
+        let (sx, sy, sz) = (q0 * t1, q0 * t2, q0 * t3);
+        let c = [
+            [1.0 - (yy + zz), xy - sz, xz + sy],
+            [xy + sz, 1.0 - (xx + zz), yz - sx],
+            [xz - sy, yz + sx, 1.0 - (xx + yy)],
+        ];
+        let dv = [parts.dv[0][k], parts.dv[1][k], parts.dv[2][k]];
+        let dp = [parts.dp[0][k], parts.dp[1][k], parts.dp[2][k]];
+        for i in 0..3 {
+            gained[i][k] = c[i][0] * dv[0] + c[i][1] * dv[1] + c[i][2] * dv[2];
+            moved[i][k] = c[i][0] * dp[0] + c[i][1] * dp[1] + c[i][2] * dp[2];
+        }
+    }
+    // q ← q ⊗ (cos ½φ, sin ½φ) as an increment, with the rounding carried along.
+    for l in 0..L {
+        let k = at + l;
+        let (q0, q1, q2, q3) = (q[0][l], q[1][l], q[2][l], q[3][l]);
+        let (u1, u2, u3) = (parts.turn[0][k], parts.turn[1][k], parts.turn[2][k]);
+        let unit = parts.unit[k] + 0.5 * (1.0 - (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3));
         let change = [
             q0 * unit - q1 * u1 - q2 * u2 - q3 * u3,
             q0 * u1 + q1 * unit + q2 * u3 - q3 * u2,
@@ -316,40 +501,99 @@ pub(super) fn advance<const L: usize, const CENTRED: bool>(
         ];
         let old = [q0, q1, q2, q3];
         for i in 0..4 {
-            let wanted = change[i] - lanes.q_rest[i][l];
+            let wanted = change[i] - q_rest[i][l];
             let new = old[i] + wanted;
-            lanes.q_rest[i][l] = (new - old[i]) - wanted;
-            lanes.q[i][l] = new;
+            q_rest[i][l] = (new - old[i]) - wanted;
+            q[i][l] = new;
+        }
+    }
+}
+
+/// One interval with any weights; `window` is oldest first, `place` the interval's sample in it.
+pub(super) fn edge<const L: usize>(
+    lanes: &mut Lanes<L>,
+    field: &Field,
+    weights: &Weights,
+    window: [&[[f64; L]; 6]; 5],
+    place: usize,
+    hold: &Hold,
+) {
+    let mut room = Room::new();
+    for (j, sample) in window.iter().enumerate() {
+        spread(sample, j, &mut room.samples);
+    }
+    let Room { samples, parts, .. } = &mut room;
+    intervals::<L>(samples, Form::Any(place), weights, hold.dt_s, L, parts);
+    carry::<L, true>(lanes, field, &mut room, std::slice::from_ref(hold));
+}
+
+/// Puts a sample at step `j` of the channels.
+#[inline(always)]
+fn spread<const L: usize>(sample: &[[f64; L]; 6], j: usize, to: &mut Channels) {
+    for (channel, values) in to.iter_mut().zip(sample) {
+        if let Some(place) = channel.get_mut(j * L..(j + 1) * L) {
+            place.copy_from_slice(values);
+        }
+    }
+}
+
+impl Parts {
+    fn new() -> Self {
+        Self {
+            turn: [[0.0; CHUNK]; 3],
+            unit: [0.0; CHUNK],
+            dv: [[0.0; CHUNK]; 3],
+            dp: [[0.0; CHUNK]; 3],
         }
     }
 }
 
 /// Every step of a stretch whose windows are complete; `samples` starts with the first window's oldest.
 #[inline(always)]
-fn stretch<const L: usize, const CENTRED: bool>(
+fn stretch<const L: usize>(
     lanes: &mut Lanes<L>,
     field: &Field,
     weights: &Weights,
+    sculling: super::Sculling,
     samples: &[[[f64; L]; 6]],
     holds: &[Hold],
 ) {
-    for (i, hold) in holds.iter().enumerate() {
-        let (window, place) = if CENTRED {
-            let Some([a, b, c, d, e]) = samples.get(i..i + 5) else {
-                return;
-            };
-            ([a, b, c, d, e], 2)
-        } else {
-            let Some([a, b]) = samples.get(i..i + 2) else {
-                return;
-            };
-            ([a, b, b, b, b], 1)
+    let (form, width) = match sculling {
+        super::Sculling::Five => (Form::Centred, 5),
+        super::Sculling::Two => (Form::Pair, 2),
+    };
+    let held = holds.iter().any(Hold::holds);
+    let mut room = Room::new();
+    let mut from = 0;
+    while from < holds.len() {
+        // Intervals of one length, as many as a chunk holds.
+        let h = holds[from].dt_s;
+        let steps = holds[from..]
+            .iter()
+            .take(STEPS.min(CHUNK / L))
+            .take_while(|hold| hold.dt_s == h)
+            .count()
+            .max(1);
+        let Some(window) = samples.get(from..from + steps + width - 1) else {
+            return;
         };
-        advance::<L, CENTRED>(lanes, field, weights, window, place, hold.dt_s, hold);
+        for (j, sample) in window.iter().enumerate() {
+            spread(sample, j, &mut room.samples);
+        }
+        let Room { samples, parts, .. } = &mut room;
+        intervals::<L>(samples, form, weights, h, steps * L, parts);
+        let holds = &holds[from..from + steps];
+        if held {
+            carry::<L, true>(lanes, field, &mut room, holds);
+        } else {
+            carry::<L, false>(lanes, field, &mut room, holds);
+        }
+        from += steps;
     }
 }
 
 /// Runs a stretch with the widest vectors of this machine.
+#[cfg(target_arch = "x86_64")]
 pub(super) fn run<const L: usize>(
     lanes: &mut Lanes<L>,
     field: &Field,
@@ -358,70 +602,60 @@ pub(super) fn run<const L: usize>(
     samples: &[[[f64; L]; 6]],
     holds: &[Hold],
 ) {
-    match sculling {
-        super::Sculling::Five => dispatch::<L, true>(lanes, field, weights, samples, holds),
-        super::Sculling::Two => dispatch::<L, false>(lanes, field, weights, samples, holds),
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-fn dispatch<const L: usize, const CENTRED: bool>(
-    lanes: &mut Lanes<L>,
-    field: &Field,
-    weights: &Weights,
-    samples: &[[[f64; L]; 6]],
-    holds: &[Hold],
-) {
     #[target_feature(enable = "avx512f")]
-    fn wide<const L: usize, const CENTRED: bool>(
+    fn wide<const L: usize>(
         lanes: &mut Lanes<L>,
         field: &Field,
         weights: &Weights,
+        sculling: super::Sculling,
         samples: &[[[f64; L]; 6]],
         holds: &[Hold],
     ) {
-        stretch::<L, CENTRED>(lanes, field, weights, samples, holds);
+        stretch::<L>(lanes, field, weights, sculling, samples, holds);
     }
     #[target_feature(enable = "avx2")]
-    fn middle<const L: usize, const CENTRED: bool>(
+    fn middle<const L: usize>(
         lanes: &mut Lanes<L>,
         field: &Field,
         weights: &Weights,
+        sculling: super::Sculling,
         samples: &[[[f64; L]; 6]],
         holds: &[Hold],
     ) {
-        stretch::<L, CENTRED>(lanes, field, weights, samples, holds);
+        stretch::<L>(lanes, field, weights, sculling, samples, holds);
     }
-    if L >= 8 && std::arch::is_x86_feature_detected!("avx512f") {
+    if std::arch::is_x86_feature_detected!("avx512f") {
         // SAFETY: the feature was just detected; the body is safe code.
         #[allow(
             unsafe_code,
             reason = "calling a function compiled for a detected instruction set"
         )]
         unsafe {
-            wide::<L, CENTRED>(lanes, field, weights, samples, holds);
+            wide::<L>(lanes, field, weights, sculling, samples, holds);
         }
-    } else if L >= 4 && std::arch::is_x86_feature_detected!("avx2") {
+    } else if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the feature was just detected; the body is safe code.
         #[allow(
             unsafe_code,
             reason = "calling a function compiled for a detected instruction set"
         )]
         unsafe {
-            middle::<L, CENTRED>(lanes, field, weights, samples, holds);
+            middle::<L>(lanes, field, weights, sculling, samples, holds);
         }
     } else {
-        stretch::<L, CENTRED>(lanes, field, weights, samples, holds);
+        stretch::<L>(lanes, field, weights, sculling, samples, holds);
     }
 }
 
+/// Runs a stretch.
 #[cfg(not(target_arch = "x86_64"))]
-fn dispatch<const L: usize, const CENTRED: bool>(
+pub(super) fn run<const L: usize>(
     lanes: &mut Lanes<L>,
     field: &Field,
     weights: &Weights,
+    sculling: super::Sculling,
     samples: &[[[f64; L]; 6]],
     holds: &[Hold],
 ) {
-    stretch::<L, CENTRED>(lanes, field, weights, samples, holds);
+    stretch::<L>(lanes, field, weights, sculling, samples, holds);
 }

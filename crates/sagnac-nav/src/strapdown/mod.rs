@@ -284,15 +284,7 @@ impl<const L: usize> Strapdown<L> {
             std::array::from_fn(|i| &self.queue[begin + i.min(width - 1)]);
         let step = self.steps[begin + place];
         let hold = self.hold(step);
-        kernel::advance::<L, false>(
-            &mut self.lanes,
-            &self.field,
-            &weights,
-            window,
-            place,
-            step[0],
-            &hold,
-        );
+        kernel::edge::<L>(&mut self.lanes, &self.field, &weights, window, place, &hold);
         self.done += 1;
         self.time_s += step[0];
     }

@@ -25,15 +25,46 @@ impl Sculling {
     }
 }
 
-/// Weights of the window's samples in a₀, a₁, a₃, E₁ and E₃ for one place of the interval in the window.
+/// Weights of the window's samples in a₁, a₂, a₃, E₁ and E₃ for one place of the interval in the window.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
-    pub(super) a0: [f64; 5],
     pub(super) a1: [f64; 5],
     pub(super) a2: [f64; 5],
     pub(super) a3: [f64; 5],
     pub(super) e1: [f64; 5],
     pub(super) e3: [f64; 5],
+    pub(super) centred: Centred,
+}
+
+/// Coning in a symmetric window with fewer products. With the sums and differences s₁, s₂, d₁, d₂ of the neighbours on
+/// both sides of the middle sample m, E₁ × a₁ + E₃ × a₃ is scale·(P × O₁ + Q × O₂), where P = m + even₀ s₁,
+/// Q = s₂ + even₁ s₁, d = d₂ + odd₀ d₁, O₁ = d₁ + odd₁ d and O₂ = odd₂ d.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Centred {
+    pub(super) scale: f64,
+    pub(super) even: [f64; 2],
+    pub(super) odd: [f64; 3],
+}
+
+impl Centred {
+    /// From the weights of a symmetric window of five.
+    fn new(a1: [f64; 5], a3: [f64; 5], e1: [f64; 5], e3: [f64; 5]) -> Self {
+        // E₁ × a₁ + E₃ × a₃ = G₁ × d₁ + G₂ × d₂; both G in (m, s₁, s₂).
+        let along = |j: usize| -> [f64; 3] {
+            std::array::from_fn(|i| a1[j] * e1[2 + i] + a3[j] * e3[2 + i])
+        };
+        let (g1, g2) = (along(3), along(4));
+        // G₁ − c G₂ has no s₂ where d₂ + c d₁ takes the place of d₂; then G₂ − e G₁ has no m.
+        let c = g1[2] / g2[2];
+        let first: [f64; 3] = std::array::from_fn(|i| g1[i] - c * g2[i]);
+        let e = g2[0] / first[0];
+        let second: [f64; 3] = std::array::from_fn(|i| g2[i] - e * first[i]);
+        Self {
+            scale: first[0],
+            even: [first[1] / first[0], second[1] / second[2]],
+            odd: [c, e, second[2] / first[0]],
+        }
+    }
 }
 
 /// ∫ uᵏ du over [−½, ½].
@@ -100,13 +131,19 @@ impl Weights {
                     .sum()
             })
         };
+        let (a1, a3, e1, e3) = (coefficient(1), coefficient(3), even(1), even(3));
+        let centred = if width == 5 && place == 2 {
+            Centred::new(a1, a3, e1, e3)
+        } else {
+            Centred::default()
+        };
         Self {
-            a0: coefficient(0),
-            a1: coefficient(1),
+            a1,
             a2: coefficient(2),
-            a3: coefficient(3),
-            e1: even(1),
-            e3: even(3),
+            a3,
+            e1,
+            e3,
+            centred,
         }
     }
 }
@@ -140,10 +177,34 @@ mod tests {
             };
             let apply = |row: [f64; 5]| (0..5).map(|j| row[j] * mean(j)).sum::<f64>();
             assert!(
-                (apply(w.a0) - a[0]).abs() < 1e-12
-                    && (apply(w.a1) - a[1]).abs() < 1e-12
+                (apply(w.a1) - a[1]).abs() < 1e-12
+                    && (apply(w.a2) - a[2]).abs() < 1e-12
                     && (apply(w.a3) - a[3]).abs() < 1e-12
             );
         }
+    }
+
+    #[test]
+    fn the_short_form_of_coning_is_the_long_one() {
+        let w = Weights::new(5, 2);
+        let c = w.centred;
+        let x = [0.31, -0.42, 0.57, 0.11, -0.23];
+        let y = [-0.17, 0.66, 0.29, -0.51, 0.38];
+        let apply = |row: [f64; 5], m: [f64; 5]| -> f64 { (0..5).map(|j| row[j] * m[j]).sum() };
+        // One component of a cross product.
+        let long = apply(w.e1, x) * apply(w.a1, y) - apply(w.e1, y) * apply(w.a1, x)
+            + apply(w.e3, x) * apply(w.a3, y)
+            - apply(w.e3, y) * apply(w.a3, x);
+        let short = |m: [f64; 5]| {
+            let (s1, s2, d1, d2) = (m[3] + m[1], m[4] + m[0], m[3] - m[1], m[4] - m[0]);
+            let d = d2 + c.odd[0] * d1;
+            (
+                [m[2] + c.even[0] * s1, s2 + c.even[1] * s1],
+                [d1 + c.odd[1] * d, c.odd[2] * d],
+            )
+        };
+        let ((ex, ox), (ey, oy)) = (short(x), short(y));
+        let sum: f64 = (0..2).map(|k| ex[k] * oy[k] - ey[k] * ox[k]).sum();
+        assert!((c.scale * sum - long).abs() < 1e-14, "{long}");
     }
 }

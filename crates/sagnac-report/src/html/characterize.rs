@@ -128,6 +128,8 @@ pub struct CharacterizePage {
     pub version: String,
     /// Inputs with their hashes.
     pub inputs: Vec<Input>,
+    /// What other tasks say of the same sensor; stands before the method.
+    pub more: Vec<Section>,
 }
 
 impl CharacterizePage {
@@ -177,6 +179,9 @@ impl CharacterizePage {
                         .replace("url(#c-", &format!("url(#c{i}-")),
                 );
             }
+        }
+        for section in &self.more {
+            section.write(&mut out);
         }
         self.method_section().write(&mut out);
         page.close(&mut out);

@@ -214,6 +214,11 @@ pub struct DriftPage {
 impl DriftPage {
     /// The page as one file of HTML.
     pub fn html(&self) -> String {
+        self.opening.page("drift", "drift", self.sections()).html()
+    }
+
+    /// Growth, cloud, share over time, budget and tables: what other pages may hold as well.
+    pub fn sections(&self) -> Vec<Section> {
         let mut figures = vec![(Breadth::Middle, self.growth.figure())];
         if let Some(cloud) = &self.cloud {
             figures.push((Breadth::Panel, cloud.figure()));
@@ -266,7 +271,7 @@ impl DriftPage {
                     .with(Block::Table(table.clone())),
             );
         }
-        self.opening.page("drift", "drift", sections).html()
+        sections
     }
 }
 
@@ -310,6 +315,16 @@ impl ChartPage {
 
     /// The page as one file of HTML.
     pub fn html(&self) -> String {
+        let what = if self.task == "grade" {
+            "grade"
+        } else {
+            "catalogue"
+        };
+        self.opening.page(&self.task, what, self.sections()).html()
+    }
+
+    /// The charts with their key, and the tables: what other pages may hold as well.
+    pub fn sections(&self) -> Vec<Section> {
         let mut charts = Section::new("charts", "", "");
         if let [one] = self.charts.as_slice() {
             charts = charts.with(Block::Wide(one.figure(860.0)));
@@ -331,12 +346,7 @@ impl ChartPage {
                     .with(Block::Table(table.clone())),
             );
         }
-        let what = if self.task == "grade" {
-            "grade"
-        } else {
-            "catalogue"
-        };
-        self.opening.page(&self.task, what, sections).html()
+        sections
     }
 }
 

@@ -69,6 +69,7 @@ pub(super) fn page(outcome: &Outcome, facts_of: &PageFacts) -> CharacterizePage 
             .iter()
             .map(|(name, sha256)| Input { name: file_name(name).to_owned(), sha256: sha256.clone() })
             .collect(),
+        more: Vec::new(),
     }
 }
 
