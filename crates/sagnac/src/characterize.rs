@@ -26,6 +26,7 @@ use sagnac_model::Model;
 
 pub use json::estimate_json;
 pub use page::PageFacts;
+pub(crate) use page::allan as allan_panel;
 pub use terms::{TermKey, candidates, dimension_of, key_of};
 pub(crate) use text::{shown, shown_sensor};
 

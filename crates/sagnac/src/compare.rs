@@ -3,6 +3,8 @@
 //! Ratio, interval and verdict: [`sagnac_analysis::compare`]. The measured side is an outcome of `characterize`, or the
 //! model file that it wrote.
 
+mod page;
+
 use crate::Error;
 use crate::characterize::{Outcome, dimension_of, estimate_json, key_of};
 use sagnac_analysis::compare::{Comparison, Verdict, compare as compare_one};
@@ -330,6 +332,21 @@ fn axis_json(axis: &ComparedAxis) -> Value {
     json!({ "axis": axis.axis, "terms": terms })
 }
 
+/// The unit of a row, and what its numbers are multiplied with besides: densities of a sheet are one-sided.
+fn shown_unit(sensor: Sensor, term: &ComparedTerm) -> (Unit, f64) {
+    if !term.is_density {
+        return (
+            Unit::of_term(crate::characterize::shown_sensor(sensor), term.name),
+            1.0,
+        );
+    }
+    let unit = match sensor {
+        Sensor::Gyro => Unit::DEG_PER_S_PER_SQRT_HZ,
+        Sensor::Accel => Unit::MICRO_G_PER_SQRT_HZ,
+    };
+    (unit, std::f64::consts::SQRT_2)
+}
+
 fn one_document(axes: &[ComparedAxis], out: &mut Document) {
     let all = || {
         axes.iter()
@@ -372,16 +389,7 @@ fn one_document(axes: &[ComparedAxis], out: &mut Document) {
         ],
     );
     for (axis, t) in all() {
-        let sensor = crate::characterize::shown_sensor(axis.sensor);
-        let (unit, factor) = if t.is_density {
-            let unit = match axis.sensor {
-                Sensor::Gyro => Unit::DEG_PER_S_PER_SQRT_HZ,
-                Sensor::Accel => Unit::MICRO_G_PER_SQRT_HZ,
-            };
-            (unit, std::f64::consts::SQRT_2)
-        } else {
-            (Unit::of_term(sensor, t.name), 1.0)
-        };
+        let (unit, factor) = shown_unit(axis.sensor, t);
         let label = if t.is_density {
             "density"
         } else if t.name == "bias_stability" {

@@ -2,6 +2,8 @@
 //!
 //! Relative σ = √(J⁻¹)_aa of every non-zero random term, all of them and the mean unknown: [`sagnac_analysis::plan`].
 
+mod picture;
+
 use crate::characterize::key_of;
 use crate::{Error, noise_terms};
 use sagnac_analysis::fit::{NoiseTerms, Term};
@@ -320,6 +322,15 @@ impl Plan {
         }
         out.blank();
         for (name, index) in self.groups() {
+            let never = self.not_observable(index);
+            if !never.is_empty() {
+                out.paragraph(format!(
+                    "{} of {name}: not observable in this time.",
+                    never.join(", ")
+                ));
+            }
+        }
+        for (name, index) in self.groups() {
             let axis = &self.axes[index];
             let unit = match axis.sensor {
                 Sensor::Gyro => Unit::DEG_PER_H,
@@ -372,25 +383,22 @@ impl Plan {
         text
     }
 
+    /// Letters of the terms whose bound stays above 100 % in the planned length.
+    fn not_observable(&self, index: usize) -> Vec<String> {
+        let axis = &self.axes[index];
+        columns_of(&axis.terms)
+            .into_iter()
+            .filter(|(_, term)| axis.precision.of(*term).is_none())
+            .map(|(symbol, _)| symbol)
+            .collect()
+    }
+
     fn table(&self, name: &str, index: usize) -> Table {
         let axis = &self.axes[index];
-        let mut columns: Vec<(String, PlannedTerm)> = Vec::new();
-        for (symbol, term, value) in [
-            ("Q", PlannedTerm::Quantization, axis.terms.quantization),
-            ("N", PlannedTerm::White, axis.terms.white),
-            ("B", PlannedTerm::Flicker, axis.terms.flicker),
-            ("K", PlannedTerm::RandomWalk, axis.terms.random_walk),
-            ("R", PlannedTerm::Ramp, axis.terms.ramp),
-        ] {
-            if value != 0.0 {
-                columns.push((format!("{symbol}, 1 sigma"), term));
-            }
-        }
-        let markov = axis.terms.gauss_markov.iter().take(2).enumerate();
-        for (i, _) in markov.filter(|(_, g)| g.0 > 0.0) {
-            columns.push(("GM sigma".to_owned(), PlannedTerm::Sigma(i)));
-            columns.push(("GM time".to_owned(), PlannedTerm::CorrelationTime(i)));
-        }
+        let columns: Vec<(String, PlannedTerm)> = columns_of(&axis.terms)
+            .into_iter()
+            .map(|(symbol, term)| (format!("{symbol}, 1 sigma"), term))
+            .collect();
         let first = format!("{name}, length");
         let mut heading: Vec<&str> = vec![&first];
         heading.extend(columns.iter().map(|c| c.0.as_str()));
@@ -419,6 +427,34 @@ impl Plan {
         }
         table
     }
+}
+
+/// Letters of the terms that an axis has, in the order of a table.
+fn columns_of(terms: &NoiseTerms) -> Vec<(String, PlannedTerm)> {
+    let mut out: Vec<(String, PlannedTerm)> = [
+        ("Q", PlannedTerm::Quantization, terms.quantization),
+        ("N", PlannedTerm::White, terms.white),
+        ("B", PlannedTerm::Flicker, terms.flicker),
+        ("K", PlannedTerm::RandomWalk, terms.random_walk),
+        ("R", PlannedTerm::Ramp, terms.ramp),
+    ]
+    .into_iter()
+    .filter(|t| t.2 != 0.0)
+    .map(|t| (t.0.to_owned(), t.1))
+    .collect();
+    let markov: Vec<usize> = (0..terms.gauss_markov.len())
+        .filter(|&i| terms.gauss_markov[i].0 > 0.0)
+        .collect();
+    for (place, &i) in markov.iter().enumerate() {
+        let number = if markov.len() > 1 {
+            format!(" {}", place + 1)
+        } else {
+            String::new()
+        };
+        out.push((format!("GM sigma{number}"), PlannedTerm::Sigma(i)));
+        out.push((format!("GM time{number}"), PlannedTerm::CorrelationTime(i)));
+    }
+    out
 }
 
 fn percent(share: f64) -> String {

@@ -119,14 +119,20 @@ pub(crate) fn read_all(
     Ok(logs)
 }
 
-fn page(args: &Args, outcome: &Outcome, hashes: &Hashes) -> Result<String, Error> {
-    let mut inputs = Vec::new();
-    for path in args.logs.iter().filter(|p| p.is_file()) {
+/// Name and SHA-256 of each file among the inputs.
+pub(crate) fn hashes_of(paths: &[PathBuf]) -> Result<Vec<(String, String)>, Error> {
+    let mut out = Vec::new();
+    for path in paths.iter().filter(|p| p.is_file()) {
         let mut file = std::fs::File::open(path).map_err(|e| crate::outputs::cannot(path, &e))?;
         let mut hash = Sha256::new();
         std::io::copy(&mut file, &mut hash).map_err(|e| crate::outputs::cannot(path, &e))?;
-        inputs.push((path.display().to_string(), hexadecimal(&hash.finalize())));
+        out.push((path.display().to_string(), hexadecimal(&hash.finalize())));
     }
+    Ok(out)
+}
+
+fn page(args: &Args, outcome: &Outcome, hashes: &Hashes) -> Result<String, Error> {
+    let mut inputs = hashes_of(&args.logs)?;
     inputs.extend(hashes.finish());
     let facts = PageFacts {
         command: command_line(),

@@ -1,17 +1,21 @@
 //! `sagnac plan MODEL`: how long must the log be?
 
+use std::path::PathBuf;
+
 use sagnac::Error;
 use sagnac::model::units::Dimension;
 use sagnac::plan::{Wanted, plan};
 
+use crate::commands::drift::put_svg;
 use crate::context::Context;
 use crate::models;
+use crate::outputs::{Output, publish_all};
 use crate::quantities::positive;
 
 /// How long must a log be for a wanted precision, or what does a length reach?
 #[derive(clap::Args)]
 #[command(
-    override_usage = "sagnac plan MODEL (--duration TIME | --precision LIST) [--rate RATE]",
+    override_usage = "sagnac plan MODEL (--duration TIME | --precision LIST) [--rate RATE] [-o F.svg]",
     after_help = "Example\n  sagnac plan imu.toml --precision 'angle_random_walk=2%, bias_instability=10%'"
 )]
 pub(crate) struct Args {
@@ -23,6 +27,12 @@ pub(crate) struct Args {
     /// Sampling rate [default: the model's, else 100 Hz]
     #[arg(long, value_name = "RATE")]
     rate: Option<String>,
+    /// Write a picture, precision against length: F.svg or F.png
+    #[arg(short, long, value_name = "F.svg")]
+    output: Option<PathBuf>,
+    /// Overwrite an output that exists
+    #[arg(long)]
+    force: bool,
 }
 
 /// Exactly one of these is asked.
@@ -47,6 +57,17 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .as_deref()
         .map(|text| positive("--rate", text, Dimension::FREQUENCY))
         .transpose()?;
+    let picture = args
+        .output
+        .as_deref()
+        .map(|p| Output::claim(p, "-o", args.force))
+        .transpose()?;
     let outcome = plan(&models::load(&args.model)?, &wanted, rate)?;
-    context.show(|| outcome.document(), || outcome.to_json())
+    let mut outputs = Vec::new();
+    if let Some(mut out) = picture {
+        put_svg(&mut out, &outcome.to_svg())?;
+        outputs.push(out);
+    }
+    context.show(|| outcome.document(), || outcome.to_json())?;
+    context.wrote(&publish_all(outputs)?)
 }

@@ -226,7 +226,8 @@ fn timeline(log: &LogOutcome) -> IssueTimeline {
     }
 }
 
-fn allan(axis: &AxisOutcome, sensor: Sensor) -> Option<AllanPanel> {
+/// The measured Allan deviation of an axis with its fit and the terms alone.
+pub(crate) fn allan(axis: &AxisOutcome, sensor: Sensor) -> Option<AllanPanel> {
     let curve = axis.allan.as_ref()?;
     let unit = Unit::of_term(
         shown_sensor(sensor),
