@@ -7,6 +7,7 @@ Samples are interval means at step dt:
   random walk   b_{k-1} + K sqrt(dt) (n1/2 + n2/(2 sqrt 3))
   ramp          R (t_k - dt/2)
   gauss_markov  exact pair (end value, interval mean), stationary start
+  warm          a exp(-t/tau), averaged over each sample
   line          A sinc(f dt) sin(2 pi f (t_k - dt/2) + phase)
 Bounds and clearness are those of reference spectra summed over the DCT-II frequencies (bins of 0.5 % above j = 400).
 """
@@ -88,10 +89,21 @@ def draw(rng, n, dt, mix):
         y += mix["R"] * dt * (np.arange(n) + 0.5)
     for sigma, tc in mix.get("GM", []):
         y += gauss_markov(rng, n, sigma, tc, dt)
+    if mix.get("warm"):
+        a, tau = mix["warm"]
+        e = np.exp(-dt * np.arange(n + 1) / tau)
+        y += a * tau / dt * (e[:-1] - e[1:])
     for a, f in mix.get("line", []):
         t = dt * (np.arange(n) + 0.5)
         y += a * np.sinc(f * dt) * np.sin(2 * np.pi * f * t + rng.uniform(0, 2 * np.pi))
     return y
+
+
+def temperature(rng, n, dt, mix):
+    """What a thermometer says while the axis warms up: 25 C rising by 10 K with the warm-up's time, 0.02 K of noise."""
+    _, tau = mix["warm"]
+    t = dt * (np.arange(n) + 0.5)
+    return 25 + 10 * (1 - np.exp(-t / tau)) + 0.02 * rng.standard_normal(n)
 
 
 # ---- what can be known -------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Bias, coverage, efficiency and selection of the joint estimate against known truth.
 
-usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners] [--json F] [--minutes M]
+usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners|warm_up] [--json F] [--minutes M]
 PROGRAM is the built example `fit_axes`. Every mixture draws from its own declared stream default_rng([seed, number]).
 """
 import argparse
@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 import numpy as np
-from axes import bounds, clearness, draw
+from axes import bounds, clearness, draw, temperature
 
 # Declared before the first run with them, on 25 November 2026: the seeds of FIDELITY.md's first two tables.
 DECLARED_SEEDS = (20261201, 20261202)
@@ -50,6 +50,11 @@ SETS = {
         "NGM_100Hz_4h": ((1_440_000, 0.01), {"N": 1, "GM": [(0.3, 60)]}),
         "NBK_400Hz_10min": ((240_000, 0.0025), {"N": 1, "B": 0.8, "K": 0.3}),
         "NBK_400Hz_12h": ((17_280_000, 0.0025), {"N": 1, "B": 0.15, "K": 0.012}),
+    },
+    # 4 h with a warm-up of five times the floor (0.664 B), settled after about 30 min; with and without temperature.
+    "warm_up": {
+        "NBK_warm": ((720_000, 0.02), {"N": 1, "B": 0.3, "K": 0.02, "warm": (1.0, 600.0), "temperature": True}),
+        "NBK_warm_blind": ((720_000, 0.02), {"N": 1, "B": 0.3, "K": 0.02, "warm": (1.0, 600.0)}),
     },
 }
 
@@ -96,6 +101,8 @@ class Mixture:
         n, dt = self.size
         self.rng = np.random.default_rng([seed, number])
         command = [program, repr(dt), str(n)] + ([terms] if terms else [])
+        if self.mix.get("temperature"):
+            command += ["all", "--temperature"]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.results = []
 
@@ -104,6 +111,8 @@ class Mixture:
         for _ in range(axes):
             y = draw(self.rng, n, dt, self.mix)
             self.process.stdin.write(y.astype("<f8").tobytes())
+            if self.mix.get("temperature"):
+                self.process.stdin.write(temperature(self.rng, n, dt, self.mix).astype("<f8").tobytes())
             self.process.stdin.flush()
             self.results.append(json.loads(self.process.stdout.readline()))
 

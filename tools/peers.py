@@ -1,10 +1,15 @@
-"""What other ways get on the very same axes as fidelity.py: read-off, weighted log-log fit. Prints a Markdown table.
+"""What other ways get on the very same axes as fidelity.py. Prints a Markdown table.
 
-Read-off (allantools oadev): N at tau = 1 s, B at the minimum over 0.664, K at tau = 3 s of the curve: the usual recipe.
-Log-log fit: non-negative least squares of the octave Allan variances on Q, N, B, K, weights n/m over the variance squared.
-usage: peers.py [--axes N] [--seed S]
+read-off           allantools oadev: N at tau = 1 s, B at the minimum over 0.664, K at tau = 3 s: the usual recipe
+log-log fit        non-negative least squares of the octave Allan variances on Q, N, B, K, weights n/m over variance squared
+allan, allan-tools the crates give deviations alone; the same read-off on their curves (peers/, built apart)
+analyzer           allan-variance-analyzer's own variances (0.1 s … 1000 s by 0.1 s) and its own fits: N a line of slope -1/2
+                   below 10 s, B the minimum over 0.664, K a line of slope 1/2; its first axes alone, since it is slow
+usage: peers.py [--axes N] [--seed S] [--crates PROGRAM] [--analyzer AXES] [--only NAMES]
 """
 import argparse
+import subprocess
+import time
 import allantools
 import numpy as np
 from scipy.optimize import nnls
@@ -31,29 +36,82 @@ def log_log(tau, dev, n, dt):
     return dict(zip("QNBK", np.sqrt(x)))
 
 
+class Crate:
+    def __init__(self, program, which, n, dt):
+        self.process = subprocess.Popen([program, which, repr(dt), str(n)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=False)
+
+    def estimate(self, y):
+        self.process.stdin.write(y.astype("<f8").tobytes())
+        self.process.stdin.flush()
+        pairs = [p.split(b":") for p in self.process.stdout.readline().split()]
+        tau, dev = np.array(pairs, dtype=float).T
+        return read_off(tau, dev)
+
+
+def analyzer(axes, dt):
+    """Six axes at once, as it is made for; its fits on three of them at a time."""
+    from allan_variance_analyzer.analysis import compute_bias_instability, compute_rate_random_walk, compute_white_noise_params
+    from allan_variance_analyzer.statistics import compute_allan_variances
+
+    periods = np.arange(0.1, 1000, step=0.1)
+    dev = np.sqrt(compute_allan_variances(np.array(axes).T, periods, measure_rate=1 / dt))
+    out = []
+    for three in (dev[:, :3], dev[:, 3:]):
+        n, _ = compute_white_noise_params(periods, three, int(np.argmin(abs(periods - 10))))
+        k, _ = compute_rate_random_walk(periods, three)
+        b, _ = compute_bias_instability(three)
+        out += [{"N": n[i], "B": b[i] / 0.6642825, "K": k[i]} for i in range(3)]
+    return out
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--axes", type=int, default=60)
     parser.add_argument("--seed", type=int, default=DECLARED_SEEDS[0])
+    parser.add_argument("--only", default="N,NB,NBK,QN,NGM")
+    parser.add_argument("--crates", default="")
+    parser.add_argument("--analyzer", default="", help="mixtures in which six axes go to allan-variance-analyzer")
     a = parser.parse_args()
     names = [n for s in SETS.values() for n in s]
-    print("| mixture | term | read-off: bias %, RMSE/bound | log-log fit: bias %, RMSE/bound |\n|---|---|---|---|")
-    for name in ["N", "NB", "NBK", "QN", "NGM"]:
-        (n, dt), mix = SETS["basic"][name]
+    print("| mixture | term | way: mean error %, RMSE/bound |\n|---|---|---|")
+    for name in a.only.split(","):
+        (n, dt), mix = next(s[name] for s in SETS.values() if name in s)
         rng = np.random.default_rng([a.seed, names.index(name)])
-        got = {"read": [], "fit": []}
+        ways = {"read-off": [], "log-log fit": []}
+        crates = {w: Crate(a.crates, w, n, dt) for w in ("allan", "allan-tools")} if a.crates else {}
+        seconds = dict.fromkeys(list(ways) + list(crates), 0.0)
+        first = []
         for _ in range(a.axes):
-            tau, dev = octaves(draw(rng, n, dt, mix), dt)
-            got["read"].append(read_off(tau, dev))
-            got["fit"].append(log_log(tau, dev, n, dt))
-        b = bounds(mix, n, dt)
+            y = draw(rng, n, dt, mix)
+            if len(first) < 6:
+                first.append(y)
+            start = time.process_time()
+            tau, dev = octaves(y, dt)
+            shared = time.process_time() - start
+            ways["read-off"].append(read_off(tau, dev))
+            ways["log-log fit"].append(log_log(tau, dev, n, dt))
+            seconds["read-off"] += shared
+            seconds["log-log fit"] += shared
+            for w, crate in crates.items():
+                start = time.time()
+                ways.setdefault(w, []).append(crate.estimate(y))
+                seconds[w] += time.time() - start
+        if name in a.analyzer.split(","):
+            start = time.process_time()
+            ways["analyzer (6 axes)"] = analyzer(first, dt)
+            seconds["analyzer (6 axes)"] = time.process_time() - start
+        b = bounds({k: v for k, v in mix.items() if k in "QNBK" or k == "GM"}, n, dt)
         for term in "QNBK":
-            if not mix.get(term):
-                invented = 100 * np.mean([g[term] > 0 for g in got["fit"]])
-                print(f"| {name} | {term} (absent) | {'always named' if term in 'BK' else 'not asked'} | above zero in {invented:.0f} % |")
-                continue
             cells = []
-            for way in ("read", "fit"):
-                rel = np.array([g[term] / mix[term] - 1 for g in got[way] if term in g])
-                cells.append(f"{100*rel.mean():+.1f}, {np.sqrt((rel**2).mean())/b[term]:.2f}" if len(rel) else "not asked")
-            print(f"| {name} | {term} | {cells[0]} | {cells[1]} |")
+            for way, got in ways.items():
+                values = np.array([g[term] for g in got if term in g])
+                if not len(values):
+                    cells.append(f"{way}: not asked")
+                elif not mix.get(term):
+                    cells.append(f"{way}: named in {100 * np.mean(values > 0):.0f} %")
+                else:
+                    rel = values / mix[term] - 1
+                    cells.append(f"{way}: {100 * rel.mean():+.1f}, {np.sqrt((rel**2).mean()) / b[term]:.2f}")
+            print(f"| {name} | {term}{'' if mix.get(term) else ' (absent)'} | {'; '.join(cells)} |", flush=True)
+        each = ", ".join(f"{w} {1000 * s / len(ways[w]):.0f}" for w, s in seconds.items())
+        print(f"| {name} | ms an axis | {each} |", flush=True)

@@ -1,6 +1,7 @@
 //! The joint estimate of raw axes from standard input: little-endian f64, `LENGTH` numbers an axis, one JSON line each.
 //!
-//! Usage: `fit_axes STEP_S LENGTH [TERMS]`, TERMS a list like `Q,N,B,K,R,GM,line`. `tools/fidelity.py` feeds it.
+//! Usage: `fit_axes STEP_S LENGTH [TERMS] [--temperature]`, TERMS a list like `Q,N,B,K,R,GM,line` or `all`; with
+//! `--temperature` every axis is followed by as many temperatures in °C. `tools/fidelity.py` feeds it.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -105,11 +106,12 @@ fn main() {
         arguments.get(1).and_then(|a| a.parse::<f64>().ok()),
         arguments.get(2).and_then(|a| a.parse::<usize>().ok()),
     ) else {
-        eprintln!("usage: fit_axes STEP_S LENGTH [TERMS]");
+        eprintln!("usage: fit_axes STEP_S LENGTH [TERMS] [--temperature]");
         std::process::exit(2);
     };
     let mut options = FitOptions::default();
-    if let Some(list) = arguments.get(3) {
+    let with_temperature = arguments.iter().any(|a| a == "--temperature");
+    if let Some(list) = arguments.get(3).filter(|l| *l != "all") {
         options.candidates = Candidates::none();
         for name in list.split(',') {
             options.candidates.allow(match name {
@@ -125,19 +127,24 @@ fn main() {
     }
     let mut input = std::io::stdin().lock();
     let mut output = std::io::stdout().lock();
-    let mut bytes = vec![0_u8; 8 * length];
+    let numbers = if with_temperature { 2 * length } else { length };
+    let mut bytes = vec![0_u8; 8 * numbers];
     while input.read_exact(&mut bytes).is_ok() {
-        let samples: Vec<f64> = bytes
+        let all: Vec<f64> = bytes
             .chunks_exact(8)
             .map(|c| f64::from_le_bytes(c.try_into().unwrap_or_default()))
             .collect();
-        let segments = [Segment {
-            start_s: 0.0,
-            samples: &samples,
-        }];
+        let (samples, temperatures) = all.split_at(length);
+        let of = |samples| {
+            [Segment {
+                start_s: 0.0,
+                samples,
+            }]
+        };
+        let (segments, temperature) = (of(samples), of(temperatures));
         let data = AxisData {
             segments: &segments,
-            temperature: None,
+            temperature: with_temperature.then_some(&temperature[..]),
             step_s,
             lsb: None,
         };

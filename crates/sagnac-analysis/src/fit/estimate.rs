@@ -14,7 +14,7 @@ use super::lines::{self, Line};
 use super::profile;
 use super::results::{
     Units, coefficients_below_corner, describe, gauss_markov_estimates, interval, limit,
-    named_covariance, ramp, sinusoids, spectrum_bins, weak_interval,
+    named_covariance, ramp, sinusoids, spectrum_bins, weak_interval, widened,
 };
 use super::select;
 use super::spectra;
@@ -396,6 +396,17 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     ];
     let mut single = [Estimate::ABSENT; 4];
     let covariance = profile::covariance(&problem, &best, &free);
+    // Where two rivals are not told apart the intervals of the other terms hold with either.
+    let alternative = tests
+        .alternative(&candidates)
+        .map(|free| (select::final_fit(&problem, &tests.full, &free), free));
+    let with_either = |own: Estimate, k: usize| match &alternative {
+        Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
+            let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));
+            widened(own, &other)
+        }
+        _ => own,
+    };
     for k in 0..4 {
         if !allowed[k] {
             continue;
@@ -405,7 +416,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
             });
-            weak_interval(&problem, &tests, &free, k, own, &units)
+            with_either(weak_interval(&problem, &tests, &free, k, own, &units), k)
         } else {
             Estimate::limit(units.root(k, limit(&problem, &tests, k)))
         };
@@ -416,7 +427,15 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             correlation_time_s: Estimate::ABSENT,
         }]
     } else {
-        gauss_markov_estimates(&problem, &tests, &best, &free, covariance.as_ref(), &units)
+        gauss_markov_estimates(
+            &problem,
+            &tests,
+            &best,
+            &free,
+            covariance.as_ref(),
+            alternative.as_ref(),
+            &units,
+        )
     };
 
     let mut fitted = units.terms(&best.parameters);

@@ -7,7 +7,7 @@ use super::estimate::{Prepared, prepare};
 use super::goodness::chi_squared_tail;
 use super::likelihood::{B, K, N, Problem, Q};
 use super::profile;
-use super::results::{Units, gauss_markov_estimates, interval, limit, named_covariance};
+use super::results::{Units, gauss_markov_estimates, interval, limit, named_covariance, widened};
 use super::select;
 use super::types::{
     AxisData, Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Term,
@@ -80,6 +80,17 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
     let free = tests.kept(&candidates);
     let best = select::final_fit(&problem, &tests.full, &free);
     let covariance = profile::covariance(&problem, &best, &free);
+    // Where two rivals are not told apart the intervals of the other terms hold with either.
+    let alternative = tests
+        .alternative(&candidates)
+        .map(|free| (select::final_fit(&problem, &tests.full, &free), free));
+    let with_either = |own: Estimate, k: usize| match &alternative {
+        Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
+            let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));
+            widened(own, &other)
+        }
+        _ => own,
+    };
     let allowed = [
         candidates.quantization,
         candidates.white,
@@ -93,9 +104,10 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         }
         let confused = tests.is_confused(k);
         single[k] = if tests.passed[k] && !confused && best.parameters[k] > 0.0 {
-            interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
+            let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
-            })
+            });
+            with_either(own, k)
         } else {
             Estimate::limit(units.root(k, limit(&problem, &tests, k)))
         };
@@ -106,7 +118,15 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
             correlation_time_s: Estimate::ABSENT,
         }]
     } else {
-        gauss_markov_estimates(&problem, &tests, &best, &free, covariance.as_ref(), &units)
+        gauss_markov_estimates(
+            &problem,
+            &tests,
+            &best,
+            &free,
+            covariance.as_ref(),
+            alternative.as_ref(),
+            &units,
+        )
     };
     let fitted = units.terms(&best.parameters);
 

@@ -114,6 +114,19 @@ pub(super) fn interval(
     Estimate::detected(si, to_si(lower), to_si(upper), si * sigma_root / root)
 }
 
+/// An interval wide enough for a second one of the same number.
+pub(super) fn widened(own: Estimate, other: &Estimate) -> Estimate {
+    let both = |a: Option<f64>, b: Option<f64>, f: fn(f64, f64) -> f64| match (a, b) {
+        (Some(a), Some(b)) => Some(f(a, b)),
+        (a, b) => a.or(b),
+    };
+    Estimate {
+        lower: both(own.lower, other.lower, f64::min),
+        upper: both(own.upper, other.upper, f64::max),
+        ..own
+    }
+}
+
 /// The interval of a weak B or K beside an undetected other: wide enough for both, the other at zero or free.
 ///
 /// With both weak, what passes carries the power of what does not; its interval given only the detected terms would
@@ -178,6 +191,7 @@ pub(super) fn gauss_markov_estimates(
     best: &Solution,
     free: &Free,
     covariance: Option<&(Vec<usize>, Vec<f64>)>,
+    alternative: Option<&(Solution, Free)>,
     units: &Units,
 ) -> Vec<GaussMarkovEstimate> {
     let mut out = Vec::new();
@@ -201,7 +215,7 @@ pub(super) fn gauss_markov_estimates(
             })
             .unwrap_or((upper - lower) / 3.92);
         let time = units.time(log_time);
-        out.push(GaussMarkovEstimate {
+        let mut found = GaussMarkovEstimate {
             sigma,
             correlation_time_s: Estimate::detected(
                 time,
@@ -209,7 +223,20 @@ pub(super) fn gauss_markov_estimates(
                 units.time(upper),
                 time * spread,
             ),
-        });
+        };
+        // Which of two rivals stands beside it is not known: both intervals count.
+        if let Some((fit, free)) = alternative
+            && fit.parameters[at] > 0.0
+        {
+            let other = interval(problem, fit, free, at, None, |v| units.root(at, v));
+            let end = |side| units.time(profile::bound(problem, fit, free, at + 1, side, INTERVAL));
+            let times = Estimate::detected(time, end(Side::Lower), end(Side::Upper), 0.0);
+            found = GaussMarkovEstimate {
+                sigma: widened(found.sigma, &other),
+                correlation_time_s: widened(found.correlation_time_s, &times),
+            };
+        }
+        out.push(found);
     }
     if out.is_empty() {
         // The largest limit over the correlation times searched; a process that rivals a term may have all its power.

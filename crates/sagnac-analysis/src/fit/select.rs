@@ -1,13 +1,14 @@
 //! Which terms are there: likelihood-ratio tests of each term with all other candidates free.
 //!
-//! 2 Δ ln L against 9.5 (Q), 3.84 (N, B, K), 12 (a Gauss–Markov term, its T_c searched); on the boundary the ratio is
+//! 2 Δ ln L against 12 (Q), 3.84 (N, B, K), 12 (a Gauss–Markov term, its T_c searched); on the boundary the ratio is
 //! ½χ²_0 + ½χ²_1 [Chernoff1954]. Nothing is dropped before a test: a chain of eliminations takes K for B in weak logs.
 
 use super::likelihood::{B, FIRST_GM, Free, K, N, PARAMETERS, Problem, Q, Solution, is_time};
 use super::types::{Candidates, Term};
 
-/// Thresholds of Q, N, B, K.
-pub(crate) const THRESHOLDS: [f64; 4] = [9.5, 3.84, 3.84, 3.84];
+/// Thresholds of Q, N, B, K. A false Q puts N off by 6 to 8 of its bounds: at 9.5 two or three in 1000 axes with a
+/// Gauss–Markov process were named.
+pub(crate) const THRESHOLDS: [f64; 4] = [12.0, 3.84, 3.84, 3.84];
 /// Threshold of a Gauss–Markov term.
 pub(crate) const GAUSS_MARKOV_THRESHOLD: f64 = 12.0;
 /// Threshold of the line in time.
@@ -33,8 +34,8 @@ fn rival_margin(base: f64, ratio: f64) -> f64 {
 const RIVAL_OF_B: f64 = 0.75;
 const RIVAL_OF_B_BESIDE_ANOTHER: f64 = 2.5;
 const RIVAL_OF_K: f64 = -2.5;
-/// By how much (2 Δ ln L) a process must lead to stay in the fit instead of the term that it rivals: its parameters.
-const RIVAL_PARAMETERS: f64 = 4.0;
+/// By how much (2 Δ ln L) a process must lead to stay in the fit instead of the term that it rivals: for its parameters.
+const RIVAL_PARAMETERS: f64 = 3.0;
 
 /// What the tests found.
 #[derive(Debug, Clone)]
@@ -343,10 +344,20 @@ impl Tests {
     /// The parameters that stay in the final fit: what passed, both of B and K where they pass together, N where
     /// nothing else holds the top.
     pub(crate) fn kept(&self, candidates: &Candidates) -> Free {
+        self.kept_with(candidates, self.rival_stays)
+    }
+
+    /// The parameters of the fit with the other of two rivals; none where there are none.
+    pub(crate) fn alternative(&self, candidates: &Candidates) -> Option<Free> {
+        self.last_is_rival()
+            .then(|| self.kept_with(candidates, !self.rival_stays))
+    }
+
+    fn kept_with(&self, candidates: &Candidates, rival_stays: bool) -> Free {
         let mut free = self.full_free;
         free[..4].copy_from_slice(&self.passed);
         if self.last_is_rival() {
-            if self.rival_stays {
+            if rival_stays {
                 for k in 0..4 {
                     free[k] &= !self.rivaled[k];
                 }
