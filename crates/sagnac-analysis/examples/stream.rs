@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while left > 0 {
         let n = left.min(BLOCK);
         let draw = (next() * 1e6).abs() as usize;
-        let sign = if draw % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if draw.is_multiple_of(2) { 1.0 } else { -1.0 };
         for (to, from) in block.iter_mut().zip(&pool[draw / 2 % BLOCKS]) {
             *to = sign * from;
         }

@@ -15,7 +15,7 @@ use crate::quantities::positive;
 /// How long must a log be for a wanted precision, or what does a length reach?
 #[derive(clap::Args)]
 #[command(
-    override_usage = "sagnac plan MODEL (--duration TIME | --precision LIST) [--rate RATE] [-o F.svg]",
+    override_usage = "sagnac plan MODEL (--duration TIME | --precision LIST) [OPTIONS]",
     after_help = "Example\n  sagnac plan imu.toml --precision 'angle_random_walk=2%, bias_instability=10%'"
 )]
 pub(crate) struct Args {
