@@ -447,7 +447,7 @@ fn one_document(axes: &[ComparedAxis], out: &mut Document) {
             && !said.contains(&t.text.as_str())
         {
             said.push(&t.text);
-            out.hanging("unclear:", t.text.clone());
+            out.hanging("unclear: ", t.text.clone());
         }
     }
     if !extra.is_empty() {
