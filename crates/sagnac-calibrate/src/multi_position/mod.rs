@@ -17,12 +17,14 @@ mod accel;
 mod add;
 mod drift;
 mod error;
+mod frame;
 mod gyro;
 mod rests;
 mod tell;
 mod turns;
 
 pub use error::Error;
+pub use frame::into_fixture;
 
 use nalgebra::{DMatrix, Vector3};
 use sagnac_core::Sensor;
@@ -217,6 +219,8 @@ pub struct Outcome {
     pub gyro_drift: Option<GyroDrift>,
     /// Why there is no gyro estimate although the log has a gyro.
     pub gyro_refused: Option<Error>,
+    /// Turns left out because the gyro saturates in them: start and end \[s\].
+    pub saturated: Vec<[f64; 2]>,
     /// Standard deviation of a sample, accelerometer and gyro.
     pub noise: [Option<[f64; 3]>; 2],
 }
@@ -270,6 +274,7 @@ pub fn calibrate(recording: &Recording, options: &Options) -> Result<Outcome, Er
         covered: add::covered(&directions),
         gyro_drift: None,
         gyro_refused: None,
+        saturated: Vec::new(),
         noise: [Some(accel_sigma), None],
     };
     let usual = |sigma: [f64; 3]| {
@@ -326,6 +331,21 @@ fn poses(recording: &Recording, rests: &[rests::Rest], fit: &accel::Fit, g: f64)
         .collect()
 }
 
+/// Whether an axis stays at the largest size it has in the log for three samples, as a gyro beyond its range does.
+fn saturates(gyro: &[&[f64]; 3], turn: turns::Turn) -> bool {
+    gyro.iter().any(|axis| {
+        let largest = axis
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold(0.0, |m: f64, v| m.max(v.abs()));
+        let at = |v: &f64| v.abs() >= largest * (1.0 - 1e-6);
+        largest > 0.5
+            && axis[turn.first..turn.end]
+                .windows(3)
+                .any(|w| w.iter().all(at))
+    })
+}
+
 /// The stretches between rests that are turns: no gap in them, nothing that is not a number, not a mere knock.
 fn turns_between(
     recording: &Recording,
@@ -344,10 +364,11 @@ fn turns_between(
                 end: pair[1].first,
             };
             let broken = found.gaps.iter().any(|g| *g > turn.first && *g <= turn.end);
-            let sound = gyro
-                .iter()
-                .chain(&recording.accel)
-                .all(|a| a[turn.first..turn.end].iter().all(|v| v.is_finite()));
+            let sound = !saturates(gyro, turn)
+                && gyro
+                    .iter()
+                    .chain(&recording.accel)
+                    .all(|a| a[turn.first..turn.end].iter().all(|v| v.is_finite()));
             (turn.end - turn.first >= shortest && !broken && sound).then_some(turn)
         })
         .collect()
@@ -364,6 +385,18 @@ fn turn(
 ) -> Result<(), Error> {
     let rests = &found.rests;
     let turns = turns_between(recording, gyro, found);
+    out.saturated = found
+        .rests
+        .windows(2)
+        .enumerate()
+        .map(|(rest, pair)| turns::Turn {
+            rest,
+            first: pair[0].end,
+            end: pair[1].first,
+        })
+        .filter(|turn| saturates(gyro, *turn))
+        .map(|turn| recording.span_s(turn.first, turn.end))
+        .collect();
     let gyro_sigma = rests::noise(gyro, rests, recording.dt_s);
     out.noise[1] = Some(gyro_sigma);
     if turns.is_empty() {

@@ -140,8 +140,19 @@ fn threshold(logs: &[f64]) -> Option<f64> {
     Some(f64::midpoint(lower, upper).min(median(still)? + MOST_ABOVE_STILL))
 }
 
-/// Most of ln s above the still mode: 30 times its standard deviation, however violent the turns.
-const MOST_ABOVE_STILL: f64 = 6.8;
+/// Most of ln s above the still mode: 14 times its standard deviation, however violent the turns.
+const MOST_ABOVE_STILL: f64 = 5.3;
+
+/// Leaves out scraps, rests shorter than a quarter of the usual one, where a dozen others are there.
+fn without_scraps(rests: Vec<Rest>) -> Vec<Rest> {
+    let usual = median(rests.iter().map(Rest::samples).collect()).unwrap_or(0.0);
+    let kept: Vec<Rest> = rests
+        .iter()
+        .filter(|r| r.samples() >= usual / 4.0)
+        .cloned()
+        .collect();
+    if kept.len() >= 12 { kept } else { rests }
+}
 
 /// Finds the rests.
 pub(super) fn find(recording: &Recording) -> Found {
@@ -208,6 +219,7 @@ pub(super) fn find(recording: &Recording) -> Found {
             found.rests.push(rest(&sensors, first + cut, k - cut));
         }
     }
+    found.rests = without_scraps(std::mem::take(&mut found.rests));
     found
 }
 

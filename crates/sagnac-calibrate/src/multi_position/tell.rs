@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use sagnac_core::Sensor;
 
 use super::{Outcome, Told, accel, append, gyro};
-use crate::stations::{Group, Held, Parameter, Status};
+use crate::stations::{Held, Parameter, Status};
 
 /// Writes the accelerometer's estimate.
 pub(super) fn accel(fit: &accel::Fit, asked: &[bool; 9], out: &mut Outcome) {
@@ -133,5 +133,4 @@ fn tell(told: &Told, out: &mut Outcome) {
             }
         }
     }
-    debug_assert!(told.terms.iter().all(|(_, t)| t.group != Group::Cubic));
 }

@@ -106,6 +106,13 @@ pub fn multi_position(
             None => request.label.clone(),
         })
     })?;
+    let found = match &request.fixture {
+        Some(response) => multi_position::into_fixture(found, response).map_err(|_| {
+            Error::data("the accelerometer of the model has no mounting: its I + M is singular")
+                .at("--start")
+        })?,
+        None => found,
+    };
     Ok(MultiPositionOutcome {
         found,
         request: request.clone(),

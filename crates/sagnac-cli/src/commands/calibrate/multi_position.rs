@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use sagnac::Error;
 use sagnac::calibrate::{MultiPositionRequest, PageFacts, multi_position};
+use sagnac::model::units::Dimension;
 
 use super::common::{Files, Place, hash_of, source};
 use crate::commands::characterize::{command_line, read_all};
 use crate::context::Context;
 use crate::inputs::LogOptions;
 use crate::outputs::publish_all;
+use crate::quantities::quantity;
 
 /// Accelerometer and gyro from a log turned by hand between still poses, without equipment
 #[derive(clap::Args)]
@@ -23,6 +25,9 @@ pub(super) struct Args {
     /// bias, `scale_factor`, misalignment, `g_sensitivity`, or changes: -g_sensitivity
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     terms: Option<String>,
+    /// accelerometer, or fixture: keep the frame of a stations model, given as --start MODEL
+    #[arg(long, value_name = "NAME", default_value = "accelerometer", value_parser = ["accelerometer", "fixture"])]
+    frame: String,
     #[command(flatten)]
     place: Place,
     #[command(flatten)]
@@ -34,7 +39,8 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let (model_file, page_file) = args.files.claim()?;
     let place = args.place.to_place()?;
-    let logs = read_all(std::slice::from_ref(&args.log), &args.reading, context)?;
+    let (fixture, reading) = mounting(args)?;
+    let logs = read_all(std::slice::from_ref(&args.log), &reading, context)?;
     let Some(log) = logs.first() else {
         return Err(Error::data("there is no log"));
     };
@@ -48,7 +54,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         name: args.files.model_name(&args.log),
         terms: args.terms.clone(),
         place,
-        fixture: None,
+        fixture,
     };
     let outcome = multi_position(&log.log, &request)?;
     let mut outputs = Vec::new();
@@ -67,4 +73,43 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     }
     context.show(|| outcome.document(), || outcome.to_json())?;
     context.wrote(&publish_all(outputs)?)
+}
+
+/// I + M of the accelerometer of the model that `--start` names with `--frame fixture`, and how the log is read.
+///
+/// `--start` is a time for every command that reads a log; a value that is no time names the model here.
+fn mounting(args: &Args) -> Result<(Option<[[f64; 3]; 3]>, LogOptions), Error> {
+    let mut reading = args.reading.clone();
+    if args.frame != "fixture" {
+        return Ok((None, reading));
+    }
+    let name = reading
+        .start
+        .take_if(|text| quantity("--start", text, Dimension::TIME).is_err());
+    let Some(name) = name else {
+        return Err(
+            Error::usage("--frame fixture needs the stations model of that fixture")
+                .at("--frame")
+                .advise("add --start MODEL.toml"),
+        );
+    };
+    let model = crate::inputs::model(&name)?;
+    let mut response = [[0.0; 3]; 3];
+    let value = |path: &str| {
+        model
+            .get(path)
+            .map_or(0.0, |entry| entry.value.unwrap_or(0.0))
+    };
+    for (k, row) in response.iter_mut().enumerate() {
+        for (j, v) in row.iter_mut().enumerate() {
+            let (a, b) = (["x", "y", "z"][k], ["x", "y", "z"][j]);
+            *v = if k == j {
+                1.0 + value(&format!("accel.scale_factor.{a}"))
+            } else {
+                value(&format!("accel.misalignment.{a}{b}"))
+                    + value(&format!("accel.cross_axis.{a}{b}"))
+            };
+        }
+    }
+    Ok((Some(response), reading))
 }

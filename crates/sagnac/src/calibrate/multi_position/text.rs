@@ -166,9 +166,13 @@ impl MultiPositionOutcome {
 
     pub(super) fn remarks(&self) -> String {
         let mut out = format!(
-            "Poses cover {:.0} % of the sphere. Body axes: x along the accelerometer's x, y in the plane of its x and y. \
-             Misalignment and cross-axis response together. Gravity {}.",
+            "Poses cover {:.0} % of the sphere. Body axes: {}. Misalignment and cross-axis response together. Gravity {}.",
             100.0 * self.found.covered,
+            if self.request.fixture.is_some() {
+                "those of the fixture, by the mounting of the model given (taken as exact)"
+            } else {
+                "x along the accelerometer's x, y in the plane of its x and y"
+            },
             self.request.place.words(self.gravity_m_s2)
         );
         if self.request.place.is_default() {
@@ -256,6 +260,13 @@ impl MultiPositionOutcome {
                 clock(turn.start_s),
                 significant(turn.error_rad.to_degrees(), 2),
                 significant(turn.weight, 2)
+            ));
+        }
+        for [start_s, end_s] in &found.saturated {
+            out.push(format!(
+                "the turn at {} - {} is left out: the gyro saturates in it",
+                clock(*start_s),
+                clock(*end_s)
             ));
         }
         if let Some(error) = &found.gyro_refused {
