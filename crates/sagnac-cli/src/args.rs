@@ -19,7 +19,7 @@ Start here
 Learn a sensor's errors
   characterize  noise terms of each axis, with intervals
   allan         Allan deviation and its relatives
-  calibrate     stations | merge | plan
+  calibrate     stations | multi-position | thermal | merge | plan
   response      accuracy, precision, resolution, sensitivity, linearity
   compare       is this unit as its sheet says?
   plan          how long must the log be?
