@@ -173,10 +173,12 @@ impl Write for Output {
 
 impl Seek for Output {
     fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
-        match &mut self.target {
+        // What is buffered is written before: this fails on a full disk as well.
+        let result = match &mut self.target {
             Target::Temporary(writer) => writer.seek(to),
             Target::Direct(writer) => writer.seek(to),
-        }
+        };
+        result.map_err(|e| self.named(&e))
     }
 }
 
