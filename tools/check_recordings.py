@@ -4,8 +4,8 @@ Usage: check_recordings.py PATH_TO_SAGNAC [--pages FOLDER] [--only NAME]
 
 For each: `allan` at the averaging factors of the README's table must print the README's digits (allantools' `oadev`,
 five of them, in the units of the column); `info` the means and scatters of its sanity table; `characterize` must say what is
-known of the recording (rounding, smoothing, gaps, jitter), and nothing that the recording does not have. --pages writes
-each report. The folder is $SAGNAC_DATA, else ../shared/data beside the workspace; recordings that are not there are
+known of the recording (rounding, smoothing, gaps, jitter); what it says besides is printed by --verbose, not judged.
+--pages writes each report. The folder is $SAGNAC_DATA, else ../shared/data beside the workspace; recordings that are not there are
 skipped. Formats that the program does not read (a zip, MATLAB 7.3) go in as CSV on standard input.
 """
 import argparse
