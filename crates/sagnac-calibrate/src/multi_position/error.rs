@@ -118,7 +118,7 @@ pub(super) fn check(recording: &Recording, found: &Found, options: &Options) -> 
         return Err(Error::TooShort { length_s });
     }
     // The quietest tenth of a log that rests somewhere is sensor noise.
-    if found.rests.is_empty() || found.quiet[0] > 0.8 || found.quiet[1] > 0.08 {
+    if found.rests.is_empty() || found.quiet[0] > 0.4 || found.quiet[1] > 0.08 {
         return Err(Error::AlwaysMoving);
     }
     let sizes = found
