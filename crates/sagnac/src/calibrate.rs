@@ -102,11 +102,11 @@ pub fn stations(request: &StationsRequest) -> Result<StationsOutcome, Error> {
     })
 }
 
-/// As [`stations`], with the outputs from a raw log: the request's table is a schedule of time spans with their
+/// As [`stations()`], with the outputs from a raw log: the request's table is a schedule of time spans with their
 /// references, or of references alone, whose dwells are then found.
 ///
 /// # Errors
-/// As [`stations`]; spans without samples; another number of dwells than the schedule has rows.
+/// As [`stations()`]; spans without samples; another number of dwells than the schedule has rows.
 pub fn stations_from_log(
     request: &StationsRequest,
     reader: &mut dyn sagnac_log::LogReader,

@@ -2,7 +2,7 @@
 //!
 //! The marks stand in CALIBRATION.md; each recording has its source in its own README.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use std::path::PathBuf;
 

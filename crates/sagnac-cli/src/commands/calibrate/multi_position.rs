@@ -75,10 +75,13 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     context.wrote(&publish_all(outputs)?)
 }
 
+/// Rows of a rotation.
+type Rotation = [[f64; 3]; 3];
+
 /// I + M of the accelerometer of the model that `--start` names with `--frame fixture`, and how the log is read.
 ///
 /// `--start` is a time for every command that reads a log; a value that is no time names the model here.
-fn mounting(args: &Args) -> Result<(Option<[[f64; 3]; 3]>, LogOptions), Error> {
+fn mounting(args: &Args) -> Result<(Option<Rotation>, LogOptions), Error> {
     let mut reading = args.reading.clone();
     if args.frame != "fixture" {
         return Ok((None, reading));
