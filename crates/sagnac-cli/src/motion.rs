@@ -129,8 +129,28 @@ impl ReferenceOptions {
             return Ok(sagnac::log::read(source, &options)?);
         }
         let (source, _) = inputs::source(path)?;
-        Ok(sagnac::log::read(source, &options)?)
+        sagnac::log::read(source, &options).map_err(|error| of_reference(error.into()))
     }
+}
+
+/// An error of reading a log, with the options and roles of a path.
+fn of_reference(mut error: Error) -> Error {
+    let own = |text: &str| {
+        text.replace(
+            "time=0:s, gyro=1,2,3:deg/s, accel=4,5,6:g",
+            "time=0:s, position=1,2,3:m, quaternion=4,5,6,7",
+        )
+        .replace("--columns", "--reference-columns")
+        .replace("--rate", "--reference-rate")
+        .replace(
+            "time, gyro, accel, gyro_rate, temperature, angle, speed, and one axis of them as gyro_x",
+            "time, latitude, longitude, height, position, quaternion, roll, pitch, heading, and one axis of them as position_x",
+        )
+    };
+    error.what = own(&error.what);
+    error.place = error.place.as_deref().map(own);
+    error.advice = error.advice.as_deref().map(own);
+    error
 }
 
 /// Whether the first line names the columns of EuRoC ground truth.

@@ -3,10 +3,11 @@
 //! A command claims every output before it works (what exists is refused without `--force`), writes to
 //! temporary files beside them, and names them all at the end.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use sagnac::Error;
 use tempfile::NamedTempFile;
@@ -39,6 +40,21 @@ pub(crate) static INTERRUPT_ENDS_INPUT: std::sync::atomic::AtomicBool =
 /// Whether such an interrupt came.
 pub(crate) static INTERRUPTED: std::sync::atomic::AtomicBool =
     std::sync::atomic::AtomicBool::new(false);
+
+/// Files that this command has claimed, by folder and name.
+static CLAIMED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Notes a file as claimed; two outputs of one name would lose the first.
+fn once(folder: &Path, path: &Path) -> Result<(), String> {
+    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let file = folder.join(path.file_name().unwrap_or_default());
+    let mut claimed = CLAIMED.lock().unwrap_or_else(PoisonError::into_inner);
+    if claimed.insert(file) {
+        Ok(())
+    } else {
+        Err(format!("{} is the name of another output", path.display()))
+    }
+}
 
 /// One claimed output.
 pub(crate) struct Output {
@@ -105,6 +121,7 @@ impl Output {
             return Err(refuse(format!("the folder of {name} does not exist"))
                 .advise(format!("make it: mkdir -p {}", folder.display())));
         }
+        once(folder, path).map_err(|what| refuse(what).advise("give each output its own name"))?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(".sagnac-");
         #[cfg(unix)]

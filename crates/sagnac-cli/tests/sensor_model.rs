@@ -498,3 +498,78 @@ fn correct_undoes_simulate() {
         }
     }
 }
+
+#[test]
+fn a_path_is_read_under_other_names_and_as_euroc_ground_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| sagnac(folder.path(), args);
+    let mut own = String::from("time [s],position_x [m],position_y [m],position_z [m]\n");
+    let mut other = String::from("tt,a,b,c\n");
+    let mut euroc = String::from(
+        "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n",
+    );
+    for k in 0..40_u32 {
+        let t = f64::from(k) * 0.25;
+        let (x, y, z) = (3.0 * t, 0.1 * t * t, 0.0);
+        let _ = writeln!(own, "{t},{x},{y},{z}");
+        let _ = writeln!(other, "{t},{x},{y},{z}");
+        let ns = 1_403_636_580_838_555_648_u64 + u64::from(k) * 250_000_000;
+        let _ = writeln!(euroc, "{ns},{x},{y},{z},1,0,0,0");
+    }
+    for (name, text) in [("own.csv", own), ("other.csv", other), ("euroc.csv", euroc)] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let model = "catalog:ADIS16470";
+    let columns = "time=tt:s, position=a,b,c:m";
+    for args in [
+        &[
+            "simulate",
+            model,
+            "--trajectory",
+            "own.csv",
+            "-o",
+            "own-log.csv",
+        ][..],
+        &[
+            "simulate",
+            model,
+            "--trajectory",
+            "other.csv",
+            "--reference-columns",
+            columns,
+            "-o",
+            "other-log.csv",
+        ],
+        &[
+            "simulate",
+            model,
+            "--trajectory",
+            "euroc.csv",
+            "-o",
+            "euroc-log.csv",
+        ],
+    ] {
+        let output = run(args);
+        assert!(
+            output.status.success(),
+            "{args:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("own-log.csv"), read("other-log.csv"));
+
+    let same = run(&[
+        "simulate", model, "--rest", "1s", "-o", "k.csv", "--truth", "./k.csv",
+    ]);
+    assert_eq!(same.status.code(), Some(2));
+    assert!(!folder.path().join("k.csv").exists());
+
+    assert!(
+        run(&["correct", model, "own-log.csv", "--flags", "-o", "once.csv"])
+            .status
+            .success()
+    );
+    let twice = run(&["correct", model, "once.csv", "--flags", "-o", "twice.csv"]);
+    assert_eq!(twice.status.code(), Some(1));
+}

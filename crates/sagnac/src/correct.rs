@@ -106,6 +106,9 @@ pub fn correct(
             general(bound.q, 3)
         ));
     }
+    if request.flags && layout.index("flags").is_some() {
+        return Err(Error::data("the log has a column `flags` already").advise("leave --flags out"));
+    }
     let out_layout = written_layout(&layout, request);
     let mut writer = create(&out_layout)?;
     let mut work = Work::new(&core, inverse, columns, &layout, dt_s);
@@ -624,9 +627,41 @@ impl CorrectOutcome {
             "changes": changes,
             "saturated": self.saturated,
             "outside_validity": self.outside_validity,
-            "warnings": self.warnings,
+            "warnings": self.warnings(),
             "notes": self.notes,
         })
+    }
+
+    /// Saturated spans, samples outside validity, and what else is to be known, a sentence each.
+    fn warnings(&self) -> Vec<String> {
+        let mut out = Vec::new();
+        for span in &self.spans {
+            let level = if span.axis.starts_with("gyro") {
+                format!(
+                    "{} deg/s",
+                    general(span.at * 180.0 / core::f64::consts::PI, 5)
+                )
+            } else {
+                format!("{} g", general(span.at / 9.80665, 5))
+            };
+            out.push(format!(
+                "{}  saturated  {}  {} samples at {level}",
+                span.axis,
+                clock_span(span.start_s, span.end_s),
+                span.count
+            ));
+        }
+        if self.more_spans > 0 {
+            out.push(format!("{} more spans are saturated", self.more_spans));
+        }
+        if self.outside_validity > 0 {
+            out.push(format!(
+                "{} samples are outside the model's validity (temperature, bound, or not finite); --flags marks them",
+                group_thousands(&self.outside_validity.to_string())
+            ));
+        }
+        out.extend(self.warnings.iter().cloned());
+        out
     }
 
     /// The text for a terminal.
@@ -659,33 +694,8 @@ impl CorrectOutcome {
             ]);
         }
         out.blank().table(table).blank();
-        for span in &self.spans {
-            let level = if span.axis.starts_with("gyro") {
-                format!(
-                    "{} deg/s",
-                    general(span.at * 180.0 / core::f64::consts::PI, 5)
-                )
-            } else {
-                format!("{} g", general(span.at / 9.80665, 5))
-            };
-            out.warning(format!(
-                "{}  saturated  {}  {} samples at {level}",
-                span.axis,
-                clock_span(span.start_s, span.end_s),
-                span.count
-            ));
-        }
-        if self.more_spans > 0 {
-            out.warning(format!("{} more spans are saturated", self.more_spans));
-        }
-        if self.outside_validity > 0 {
-            out.warning(format!(
-                "{} samples are outside the model's validity (temperature, bound, or not finite); --flags marks them",
-                group_thousands(&self.outside_validity.to_string())
-            ));
-        }
-        for warning in &self.warnings {
-            out.warning(warning.clone());
+        for warning in self.warnings() {
+            out.warning(warning);
         }
         for note in &self.notes {
             out.note(note.clone());

@@ -135,6 +135,18 @@ pub fn path(log: &Log, label: &str) -> Result<PathData, Error> {
                 .advise("give latitude [deg], longitude [deg], height [m], or position_x [m], position_y [m], position_z [m]"));
         }
     };
+    if !is_local
+        && let Some(k) = positions
+            .iter()
+            .position(|p| p[0].abs() > std::f64::consts::FRAC_PI_2 + 1e-12)
+    {
+        return Err(Error::data(format!(
+            "the latitude {} deg lies beyond a pole",
+            positions[k][0].to_degrees()
+        ))
+        .at(format!("{label}, {} s", time[k]))
+        .advise("give latitudes from -90 deg to 90 deg"));
+    }
     let quaternions: Option<Vec<[f64; 4]>> = quaternion.map(|q| {
         (0..log.rows)
             .map(|k| [q[0][k], q[1][k], q[2][k], q[3][k]])

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use sagnac::Error;
-use sagnac::log::{ReadOptions, WriteFormat, create};
+use sagnac::log::{WriteFormat, create};
 use sagnac::model::units::Dimension;
 use sagnac::nav::{Earth, Start, Trajectory, trajectory::NAMES};
 use sagnac::noise::TermSet;
@@ -20,7 +20,7 @@ use sagnac::simulate::{MotionSource, SimulateRequest, Sinks, simulate as run_sim
 
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
-use crate::motion::temperature_profile;
+use crate::motion::{ReferenceOptions, temperature_profile};
 use crate::outputs::{Output, publish_all};
 use crate::quantities::{positive, quantity};
 
@@ -63,12 +63,8 @@ pub(crate) struct Args {
     /// Overwrite outputs that exist
     #[arg(long)]
     force: bool,
-    /// What the columns of a --trajectory file are, as --columns
-    #[arg(long, value_name = "LIST", requires = "trajectory")]
-    reference_columns: Option<String>,
-    /// Rate of a --trajectory file without times
-    #[arg(long, value_name = "RATE", requires = "trajectory")]
-    reference_rate: Option<String>,
+    #[command(flatten)]
+    reference: ReferenceOptions,
     #[command(flatten)]
     log: LogOptions,
 }
@@ -392,18 +388,7 @@ fn trajectory_of(args: &Args, start: &Start) -> Result<Trajectory, Error> {
             }
         });
     }
-    let rate_hz = args
-        .reference_rate
-        .as_deref()
-        .map(|text| positive("--reference-rate", text, Dimension::FREQUENCY))
-        .transpose()?;
-    let options = ReadOptions {
-        columns: args.reference_columns.clone(),
-        rate_hz,
-        ..ReadOptions::default()
-    };
-    let (source, _) = inputs::source(path)?;
-    let log = sagnac::log::read(source, &options)?;
+    let log = args.reference.read(path)?;
     trajectory_of_log(&log, name, Earth::Wgs84, start)
 }
 

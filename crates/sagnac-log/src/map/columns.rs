@@ -17,6 +17,17 @@ pub(crate) enum Role {
     Angle,
     /// Accumulated velocity, differenced to the accelerometer's increments.
     Speed,
+    /// Of a path: east, north, up.
+    Position,
+    /// Of a path: w, x, y, z.
+    Quaternion,
+    /// Of a path, as are the angles that follow.
+    Latitude,
+    Longitude,
+    Height,
+    Roll,
+    Pitch,
+    Heading,
 }
 
 /// One column of the source, as the user names it.
@@ -57,14 +68,22 @@ pub(crate) struct Group {
     pub(crate) unit: ColumnUnit,
 }
 
-const ROLES: [(&str, Role, bool); 7] = [
-    ("time", Role::Time, false),
-    ("gyro", Role::Gyro, true),
-    ("accel", Role::Accel, true),
-    ("gyro_rate", Role::GyroRate, true),
-    ("temperature", Role::Temperature, false),
-    ("angle", Role::Angle, true),
-    ("speed", Role::Speed, true),
+const ROLES: [(&str, Role, &[&str]); 15] = [
+    ("time", Role::Time, &[]),
+    ("gyro", Role::Gyro, &AXES),
+    ("accel", Role::Accel, &AXES),
+    ("gyro_rate", Role::GyroRate, &AXES),
+    ("temperature", Role::Temperature, &[]),
+    ("angle", Role::Angle, &AXES),
+    ("speed", Role::Speed, &AXES),
+    ("position", Role::Position, &AXES),
+    ("quaternion", Role::Quaternion, &["w", "x", "y", "z"]),
+    ("latitude", Role::Latitude, &[]),
+    ("longitude", Role::Longitude, &[]),
+    ("height", Role::Height, &[]),
+    ("roll", Role::Roll, &[]),
+    ("pitch", Role::Pitch, &[]),
+    ("heading", Role::Heading, &[]),
 ];
 
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
@@ -74,19 +93,29 @@ const EXAMPLE: &str = "write for instance --columns 'time=0:s, gyro=1,2,3:deg/s,
 impl Role {
     /// The role and axis of a name such as `gyro`, `gyro_x`, `temperature`.
     pub(crate) fn parse(name: &str) -> Option<(Self, Option<usize>)> {
-        ROLES.iter().find_map(|&(word, role, has_axes)| {
+        ROLES.iter().find_map(|&(word, role, axes)| {
             if name == word {
                 return Some((role, None));
             }
             let axis = name.strip_prefix(word)?.strip_prefix('_')?;
-            let axis = AXES.iter().position(|a| *a == axis)?;
-            has_axes.then_some((role, Some(axis)))
+            let axis = axes.iter().position(|a| *a == axis)?;
+            Some((role, Some(axis)))
         })
     }
 
-    /// True for roles of three axes.
+    /// Names of its axes; none of a single channel.
+    pub(crate) fn axes(self) -> &'static [&'static str] {
+        ROLES.iter().find(|r| r.1 == self).map_or(&[], |r| r.2)
+    }
+
+    /// True for roles of several axes.
     pub(crate) fn has_axes(self) -> bool {
-        ROLES.iter().any(|&(_, role, axes)| role == self && axes)
+        !self.axes().is_empty()
+    }
+
+    /// True for what a path has besides time: no reading of a sensor.
+    pub(crate) fn is_of_path(self) -> bool {
+        ROLES.iter().position(|r| r.1 == self) >= ROLES.iter().position(|r| r.1 == Self::Position)
     }
 
     pub(crate) fn word(self) -> &'static str {
@@ -100,7 +129,10 @@ impl Role {
             Self::Speed => "accel",
             other => other.word(),
         };
-        axis.map_or_else(|| word.to_owned(), |a| format!("{word}_{}", AXES[a % 3]))
+        match axis.and_then(|a| self.axes().get(a)) {
+            Some(axis) => format!("{word}_{axis}"),
+            None => word.to_owned(),
+        }
     }
 
     /// The dimension of its values, and that of increments where they are allowed instead.
@@ -113,6 +145,11 @@ impl Role {
             Self::Temperature => (Dimension::TEMPERATURE, None),
             Self::Angle => (Dimension::ANGLE, None),
             Self::Speed => (Dimension::SPEED, None),
+            Self::Position | Self::Height => (Dimension::LENGTH, None),
+            Self::Quaternion => (Dimension::RATIO, None),
+            Self::Latitude | Self::Longitude | Self::Roll | Self::Pitch | Self::Heading => {
+                (Dimension::ANGLE, None)
+            }
         }
     }
 }
@@ -160,6 +197,12 @@ pub(crate) fn scale(role: Role, unit: &Unit) -> Result<Scale, Error> {
         Role::Temperature => "temperature=7:degC",
         Role::Angle => "angle=1,2,3:rad",
         Role::Speed => "speed=1,2,3:m/s",
+        Role::Position => "position=1,2,3:m",
+        Role::Quaternion => "quaternion=4,5,6,7",
+        Role::Height => "height=3:m",
+        Role::Latitude | Role::Longitude | Role::Roll | Role::Pitch | Role::Heading => {
+            "heading=4:deg"
+        }
     };
     Err(Error::usage(format!(
         "expected {}, got {}: \"{}\"",
@@ -254,16 +297,15 @@ pub(crate) fn parse(text: &str) -> Result<Vec<Group>, Error> {
         if unit == ColumnUnit::Iso && role != Role::Time {
             return Err(fail(format!("only `time` can hold dates, not `{name}`")));
         }
-        let allowed = if role.has_axes() && axis.is_none() {
-            [1, 3]
-        } else {
-            [1, 1]
+        let all = match axis {
+            None => role.axes().len().max(1),
+            Some(_) => 1,
         };
-        if !allowed.contains(&sources.len()) {
-            let wanted = if allowed[1] == 3 {
-                "three columns"
-            } else {
-                "one column"
+        if ![1, all].contains(&sources.len()) {
+            let wanted = match all {
+                1 => "one column",
+                3 => "three columns",
+                _ => "four columns",
             };
             return Err(fail(format!(
                 "`{name}` takes {wanted}, got {}",
@@ -292,7 +334,7 @@ fn refuse_doubles(groups: &[Group]) -> Result<(), String> {
     let mut seen: Vec<String> = Vec::new();
     for group in groups {
         let axes: Vec<Option<usize>> = match group.axis {
-            None if group.role.has_axes() => (0..3).map(Some).collect(),
+            None if group.role.has_axes() => (0..group.role.axes().len()).map(Some).collect(),
             axis => vec![axis],
         };
         for axis in axes {

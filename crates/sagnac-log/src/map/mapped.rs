@@ -52,11 +52,13 @@ impl Mapped {
         label: &str,
     ) -> Result<Self, Error> {
         if let Some(rate) = options.rate_hz
-            && !(rate.is_finite() && rate > 0.0)
+            && !(1e-6..=1e12).contains(&rate)
         {
-            return Err(Error::usage("the rate must be positive")
-                .at("--rate")
-                .advise("write for instance --rate 200Hz"));
+            return Err(
+                Error::usage("the rate must lie between 1e-6 Hz and 1e12 Hz")
+                    .at("--rate")
+                    .advise("write for instance --rate 200Hz"),
+            );
         }
         if let (Some(start), Some(end)) = (options.start_s, options.end_s)
             && start >= end
@@ -302,6 +304,12 @@ fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Error> {
             time = sources.first().map(|&i| (i, kind));
             continue;
         }
+        let unit = match unit {
+            ColumnUnit::Missing if group.role == Role::Quaternion => {
+                ColumnUnit::Unit(Unit::parse("1").map_err(|e| Error::usage(e.to_string()))?)
+            }
+            unit => unit,
+        };
         let ColumnUnit::Unit(unit) = unit else {
             return Err(unknown_unit(
                 raw,
@@ -312,7 +320,7 @@ fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Error> {
         };
         let scale = scale(group.role, &unit).map_err(|e| e.at(place))?;
         let axes: Vec<Option<usize>> = match group.axis {
-            None if group.role.has_axes() => (0..3).map(Some).collect(),
+            None if group.role.has_axes() => (0..group.role.axes().len()).map(Some).collect(),
             axis => vec![axis],
         };
         for (axis, &column) in axes.into_iter().zip(&sources) {
@@ -341,10 +349,14 @@ fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Error> {
 fn op(role: Role, axis: Option<usize>, column: usize, scale: Scale) -> Op {
     let accumulated = matches!(role, Role::Angle | Role::Speed);
     let is_increment = scale.is_increment || accumulated;
-    let channel = Channel {
-        is_increment,
-        from_increments: is_increment,
-        ..Channel::named(&role.channel(axis))
+    let channel = if role.is_of_path() {
+        Channel::other(&role.channel(axis), &role.dimensions().0.si_unit())
+    } else {
+        Channel {
+            is_increment,
+            from_increments: is_increment,
+            ..Channel::named(&role.channel(axis))
+        }
     };
     Op {
         channel,
@@ -381,22 +393,24 @@ fn resolve(group: &Group, raw: &RawLayout) -> Result<Vec<usize>, Error> {
     if let (true, [single]) = (wants_three, group.sources.as_slice()) {
         let name = single.to_string();
         for pattern in ["[#]", "_#", ".#", " #"] {
-            let names: Vec<String> = (0..3)
+            let axes = group.role.axes();
+            let names: Vec<String> = (0..axes.len())
                 .map(|k| {
                     let part = if pattern == "[#]" {
                         k.to_string()
                     } else {
-                        AXES[k].to_owned()
+                        axes[k].to_owned()
                     };
                     format!("{name}{}", pattern.replace('#', &part))
                 })
                 .collect();
             let found: Result<Vec<usize>, Error> = names.iter().map(|n| find(raw, n)).collect();
             if let Ok(found) = found {
-                if pattern == "[#]" && find(raw, &format!("{name}[3]")).is_ok() {
+                if pattern == "[#]" && find(raw, &format!("{name}[{}]", axes.len())).is_ok() {
                     return Err(Error::data(format!(
-                        "array `{}` has more than three columns",
-                        clip(&name)
+                        "array `{}` has more than {} columns",
+                        clip(&name),
+                        if axes.len() == 3 { "three" } else { "four" }
                     ))
                     .at(columns_place(raw))
                     .advise(format!(
@@ -458,7 +472,9 @@ fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
         let name = column.channel.as_deref().unwrap_or(&column.name);
         let role = Role::parse(name).filter(|(r, a)| {
             // Only full channel names: `gyro` alone is no channel, accumulated angles are for --columns.
-            a.is_some() == r.has_axes() && !matches!(r, Role::Angle | Role::Speed)
+            a.is_some() == r.has_axes()
+                && !matches!(r, Role::Angle | Role::Speed)
+                && !r.is_of_path()
         });
         let Some((role, axis)) = role else {
             if column.is_text {
@@ -561,6 +577,9 @@ fn example_unit(role: Role) -> &'static str {
         Role::Temperature => "degC",
         Role::Angle => "rad",
         Role::Speed => "m/s",
+        Role::Position | Role::Height => "m",
+        Role::Quaternion => "1",
+        Role::Latitude | Role::Longitude | Role::Roll | Role::Pitch | Role::Heading => "deg",
     }
 }
 

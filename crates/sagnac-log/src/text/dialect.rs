@@ -151,7 +151,9 @@ fn is_own_header(row: &[&[u8]]) -> bool {
         let text = String::from_utf8_lossy(c);
         let name = text.split('[').next().unwrap_or("").trim();
         Role::parse(name).is_some_and(|(r, a)| {
-            a.is_some() == r.has_axes() && !matches!(r, Role::Angle | Role::Speed)
+            a.is_some() == r.has_axes()
+                && !matches!(r, Role::Angle | Role::Speed)
+                && !r.is_of_path()
         })
     });
     known.count() > 0 && row.iter().all(|c| !is_number(c))
