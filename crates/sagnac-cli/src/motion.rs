@@ -129,28 +129,32 @@ impl ReferenceOptions {
             return Ok(sagnac::log::read(source, &options)?);
         }
         let (source, _) = inputs::source(path)?;
-        sagnac::log::read(source, &options).map_err(|error| of_reference(error.into()))
+        sagnac::log::read(source, &options).map_err(|error| of_reference(&error.into()))
     }
 }
 
 /// An error of reading a log, with the options and roles of a path.
-fn of_reference(mut error: Error) -> Error {
-    let own = |text: &str| {
-        text.replace(
-            "time=0:s, gyro=1,2,3:deg/s, accel=4,5,6:g",
-            "time=0:s, position=1,2,3:m, quaternion=4,5,6,7",
-        )
-        .replace("--columns", "--reference-columns")
-        .replace("--rate", "--reference-rate")
-        .replace(
-            "time, gyro, accel, gyro_rate, temperature, angle, speed, and one axis of them as gyro_x",
-            "time, latitude, longitude, height, position, quaternion, roll, pitch, heading, and one axis of them as position_x",
-        )
-    };
-    error.what = own(&error.what);
-    error.place = error.place.as_deref().map(own);
-    error.advice = error.advice.as_deref().map(own);
-    error
+fn of_reference(error: &Error) -> Error {
+    Error {
+        kind: error.kind,
+        what: of_a_path(&error.what),
+        place: error.place.as_deref().map(of_a_path),
+        advice: error.advice.as_deref().map(of_a_path),
+    }
+}
+
+/// Words about a log's options as words about a path's.
+fn of_a_path(text: &str) -> String {
+    text.replace(
+        "time=0:s, gyro=1,2,3:deg/s, accel=4,5,6:g",
+        "time=0:s, position=1,2,3:m, quaternion=4,5,6,7",
+    )
+    .replace("--columns", "--reference-columns")
+    .replace("--rate", "--reference-rate")
+    .replace(
+        "time, gyro, accel, gyro_rate, temperature, angle, speed, and one axis of them as gyro_x",
+        "time, latitude, longitude, height, position, quaternion, roll, pitch, heading, and one axis of them as position_x",
+    )
 }
 
 /// Whether the first line names the columns of EuRoC ground truth.
