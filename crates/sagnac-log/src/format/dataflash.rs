@@ -3,9 +3,9 @@
 //! `IMU`, `IMU2`, `IMU3` (instance by name, or by a field `I`): GyrX…Z [rad/s], AccX…Z [m/s²], T [°C], TimeUS [µs].
 //! Source: [ARDUPILOT].
 
-use std::io::{Cursor, Read};
+use std::io::Read;
 
-use super::part::Shared;
+use super::part::{Peeked, peek};
 use super::scan::{Scan, f32_at, u64_at};
 use super::table;
 use crate::input::InputBytes;
@@ -205,28 +205,11 @@ impl Dataflash {
         packed: &str,
         options: &ReadOptions,
     ) -> Result<Self, Error> {
-        let (look, reader, whole): (Box<dyn Read + Send>, Box<dyn Read + Send>, bool) = match bytes
-        {
-            InputBytes::Stream(mut reader) => {
-                let mut head = Vec::new();
-                reader
-                    .by_ref()
-                    .take(PEEK)
-                    .read_to_end(&mut head)
-                    .map_err(Error::read)?;
-                let whole = (head.len() as u64) < PEEK;
-                (
-                    Box::new(Cursor::new(head.clone())),
-                    Box::new(Cursor::new(head).chain(reader)),
-                    whole,
-                )
-            }
-            InputBytes::File(file) => {
-                let file = Shared::new(file);
-                let whole = file.length().map_err(Error::read)? <= PEEK;
-                (Box::new(file.part(0, PEEK)), Box::new(file.from(0)), whole)
-            }
-        };
+        let Peeked {
+            look,
+            reader,
+            is_whole,
+        } = peek(bytes, PEEK)?;
         let mut walk = Walk::new(look);
         let mut counts = vec![0_u64; 1 << 16];
         // The field of the instance is the byte after the time in every message that has one.
@@ -264,7 +247,7 @@ impl Dataflash {
                         format.name.clone()
                     },
                     kind: format.name.clone(),
-                    messages: whole.then_some(n(i)),
+                    messages: is_whole.then_some(n(i)),
                     is_inertial: inertial.is_some() && format.name.starts_with("IMU"),
                 });
                 sources.push(inertial.clone().map(|x| Inertial {

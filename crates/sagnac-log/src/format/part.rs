@@ -1,9 +1,10 @@
 //! Parts of one file, read at the same time, each from its own place.
 
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::sync::{Arc, Mutex};
 
-use crate::ReadSeek;
+use crate::input::InputBytes;
+use crate::{Error, ReadSeek};
 
 /// A file that several parts read.
 #[derive(Clone)]
@@ -65,5 +66,39 @@ impl Read for Part {
         })?;
         self.at += got as u64;
         Ok(got)
+    }
+}
+
+/// A source twice: its first bytes to look at, the whole to read; and whether the first bytes are all.
+pub(super) struct Peeked {
+    pub(super) look: Box<dyn Read + Send>,
+    pub(super) reader: Box<dyn Read + Send>,
+    pub(super) is_whole: bool,
+}
+
+/// Takes up to `most` bytes to look at, of a file without copying them.
+pub(super) fn peek(bytes: InputBytes, most: u64) -> Result<Peeked, Error> {
+    match bytes {
+        InputBytes::Stream(mut reader) => {
+            let mut head = Vec::new();
+            reader
+                .by_ref()
+                .take(most)
+                .read_to_end(&mut head)
+                .map_err(Error::read)?;
+            Ok(Peeked {
+                is_whole: (head.len() as u64) < most,
+                look: Box::new(Cursor::new(head.clone())),
+                reader: Box::new(Cursor::new(head).chain(reader)),
+            })
+        }
+        InputBytes::File(file) => {
+            let file = Shared::new(file);
+            Ok(Peeked {
+                is_whole: file.length().map_err(Error::read)? <= most,
+                look: Box::new(file.part(0, most)),
+                reader: Box::new(file.from(0)),
+            })
+        }
     }
 }

@@ -2,9 +2,7 @@
 //!
 //! Kinds used: formats (F), subscriptions (A), data (D), dropouts (O), flags (B). Source: [ULOG].
 
-use std::io::{Cursor, Read};
-
-use super::part::Shared;
+use super::part::{Peeked, peek};
 use super::scan::{Scan, f32_at, u16_at, u32_at, u64_at};
 use super::table;
 use crate::input::InputBytes;
@@ -286,28 +284,11 @@ impl Ulog {
         packed: &str,
         options: &ReadOptions,
     ) -> Result<Self, Error> {
-        let (look, reader, whole): (Box<dyn Read + Send>, Box<dyn Read + Send>, bool) = match bytes
-        {
-            InputBytes::Stream(mut reader) => {
-                let mut head = Vec::new();
-                reader
-                    .by_ref()
-                    .take(PEEK)
-                    .read_to_end(&mut head)
-                    .map_err(Error::read)?;
-                let whole = (head.len() as u64) < PEEK;
-                (
-                    Box::new(Cursor::new(head.clone())),
-                    Box::new(Cursor::new(head).chain(reader)),
-                    whole,
-                )
-            }
-            InputBytes::File(file) => {
-                let file = Shared::new(file);
-                let whole = file.length().map_err(Error::read)? <= PEEK;
-                (Box::new(file.part(0, PEEK)), Box::new(file.from(0)), whole)
-            }
-        };
+        let Peeked {
+            look,
+            reader,
+            is_whole,
+        } = peek(bytes, PEEK)?;
         let mut found = Definitions::default();
         let mut scan = Scan::new(look);
         scan.skip(16)?;
@@ -324,7 +305,7 @@ impl Ulog {
         let combined = topics
             .iter()
             .position(|t| t.1.name == "sensor_combined" && t.1.is_inertial);
-        if !whole {
+        if !is_whole {
             for t in &mut topics {
                 t.1.messages = None;
             }

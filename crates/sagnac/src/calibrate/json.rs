@@ -1,6 +1,6 @@
 //! The JSON of `calibrate stations`.
 
-use sagnac_calibrate::stations::{Bundle, Station};
+use sagnac_calibrate::stations::{Bundle, Parameter, Station};
 use sagnac_model::ParameterPath;
 use serde_json::{Map, Value, json};
 
@@ -10,6 +10,18 @@ use super::StationsOutcome;
 pub(super) fn unit(name: &str) -> String {
     name.parse::<ParameterPath>()
         .map_or_else(|_| String::new(), |path| path.dimension().si_unit())
+}
+
+/// The estimated parameters.
+pub(super) fn parameters(list: &[Parameter]) -> Vec<Value> {
+    list.iter()
+        .map(|p| {
+            json!({
+                "name": p.name, "value": p.value, "sigma": p.sigma, "lower": p.lower, "upper": p.upper,
+                "unit": unit(&p.name), "assumes": p.assumes,
+            })
+        })
+        .collect()
 }
 
 pub(super) fn station(station: &Station) -> Value {
@@ -27,16 +39,7 @@ impl StationsOutcome {
     /// The document of `--format json`.
     pub fn to_json(&self) -> Value {
         let found = &self.found;
-        let parameters: Vec<Value> = found
-            .parameters
-            .iter()
-            .map(|p| {
-                json!({
-                    "name": p.name, "value": p.value, "sigma": p.sigma, "lower": p.lower, "upper": p.upper,
-                    "unit": unit(&p.name), "assumes": p.assumes,
-                })
-            })
-            .collect();
+        let parameters = parameters(&found.parameters);
         let why: Vec<Value> = found
             .held
             .iter()

@@ -21,7 +21,8 @@ pub(super) fn terms_of(found: &Outcome, sensor: Sensor) -> Vec<Term> {
     terms_in(&found.parameters, sensor)
 }
 
-fn terms_in(parameters: &[Parameter], sensor: Sensor) -> Vec<Term> {
+/// The terms of a sensor that were estimated on any axis, in their order.
+pub(super) fn terms_in(parameters: &[Parameter], sensor: Sensor) -> Vec<Term> {
     let mut out: Vec<Term> = Vec::new();
     for p in parameters {
         if let Some(term) = p.term.filter(|_| p.sensor == sensor)
@@ -71,6 +72,19 @@ pub(super) fn in_g(value_m_s2: f64) -> String {
     }
 }
 
+/// A row a term of a sensor, its axes beside each other.
+pub(super) fn estimates_table(sensor: Sensor, terms: Vec<Term>, parameters: &[Parameter]) -> Table {
+    let mut table = Table::estimates(&[title(sensor), "x", "y", "z", ""]);
+    for term in terms {
+        let shown = shown(sensor, term);
+        let mut cells: Vec<Cell> = vec![shown.name.into()];
+        cells.extend(estimates(parameters, sensor, term, shown.per_si).map(Cell::from));
+        cells.push(shown.unit.into());
+        table.row(cells);
+    }
+    table
+}
+
 impl StationsOutcome {
     /// What to add, in words.
     pub fn advice(&self) -> Vec<String> {
@@ -87,16 +101,7 @@ impl StationsOutcome {
             if terms.is_empty() {
                 continue;
             }
-            let mut table = Table::estimates(&[title(sensor), "x", "y", "z", ""]);
-            for term in terms {
-                let shown = shown(sensor, term);
-                let mut cells: Vec<Cell> = vec![shown.name.into()];
-                cells.extend(
-                    estimates(&found.parameters, sensor, term, shown.per_si).map(Cell::from),
-                );
-                cells.push(shown.unit.into());
-                table.row(cells);
-            }
+            let mut table = estimates_table(sensor, terms, &found.parameters);
             let stability: Vec<&Parameter> = found
                 .parameters
                 .iter()

@@ -3,22 +3,13 @@
 use serde_json::{Map, Value, json};
 
 use super::MultiPositionOutcome;
-use crate::calibrate::json::unit;
+use crate::calibrate::json::parameters;
 
 impl MultiPositionOutcome {
     /// The document of `--format json`.
     pub fn to_json(&self) -> Value {
         let found = &self.found;
-        let parameters: Vec<Value> = found
-            .parameters
-            .iter()
-            .map(|p| {
-                json!({
-                    "name": p.name, "value": p.value, "sigma": p.sigma, "lower": p.lower, "upper": p.upper,
-                    "unit": unit(&p.name), "assumes": p.assumes,
-                })
-            })
-            .collect();
+        let parameters = parameters(&found.parameters);
         let names: Vec<&String> = found.parameters.iter().map(|p| &p.name).collect();
         let why: Vec<Value> = found
             .held

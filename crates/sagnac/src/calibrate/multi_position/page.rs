@@ -6,10 +6,9 @@ use sagnac_report::plots::{Color, CorrelationMap, Histogram, PoseSphere, Station
 use sagnac_report::text::significant;
 
 use super::MultiPositionOutcome;
-use super::text::{estimates, terms_of};
 use crate::calibrate::PageFacts;
 use crate::calibrate::certificate::{page_unit, page_words};
-use crate::calibrate::text::{in_g, title};
+use crate::calibrate::text::{estimates, in_g, terms_in, title};
 use crate::calibrate::units::shown;
 
 /// °/h of a rate.
@@ -110,7 +109,7 @@ impl MultiPositionOutcome {
         let parameters = &self.found.parameters;
         ResultTable {
             heading: title(sensor).to_owned(),
-            rows: terms_of(parameters, sensor)
+            rows: terms_in(parameters, sensor)
                 .into_iter()
                 .map(|term| {
                     let shown = shown(sensor, term);

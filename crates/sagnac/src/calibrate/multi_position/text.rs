@@ -1,12 +1,11 @@
 //! `calibrate multi-position` in a terminal: what was found, the tables, what was not determined, how to turn next.
 
-use sagnac_calibrate::stations::{Group, Parameter, Status, Term};
+use sagnac_calibrate::stations::Status;
 use sagnac_core::Sensor;
-use sagnac_report::text::{Cell, Document, Estimate, Table, significant};
+use sagnac_report::text::{Document, significant};
 
 use super::MultiPositionOutcome;
-use crate::calibrate::text::{in_g, stem, title};
-use crate::calibrate::units::shown;
+use crate::calibrate::text::{estimates_table, in_g, stem, terms_in};
 
 /// A length of time in words.
 fn duration(s: f64) -> String {
@@ -15,38 +14,6 @@ fn duration(s: f64) -> String {
     } else {
         format!("{} min", significant(s / 60.0, 2))
     }
-}
-
-/// The terms of a sensor that were estimated on any axis, in their order.
-pub(super) fn terms_of(parameters: &[Parameter], sensor: Sensor) -> Vec<Term> {
-    let mut out: Vec<Term> = Vec::new();
-    for p in parameters.iter().filter(|p| p.sensor == sensor) {
-        if let Some(term) = p.term
-            && !out.contains(&term)
-        {
-            out.push(term);
-        }
-    }
-    let groups = Group::of(sensor, 0, 0);
-    out.sort_by_key(|t| (groups.iter().position(|g| *g == t.group), t.component));
-    out
-}
-
-/// The estimates of one term on x, y, z, in the unit shown.
-pub(super) fn estimates(
-    parameters: &[Parameter],
-    sensor: Sensor,
-    term: Term,
-    factor: f64,
-) -> [Estimate; 3] {
-    [0, 1, 2].map(|k| {
-        parameters
-            .iter()
-            .find(|p| p.sensor == sensor && p.axis == k && p.term == Some(term))
-            .map_or(Estimate::Absent, |p| {
-                Estimate::detected(p.value, p.lower, p.upper).scaled(factor)
-            })
-    })
 }
 
 impl MultiPositionOutcome {
@@ -86,20 +53,11 @@ impl MultiPositionOutcome {
         let mut out = Document::new();
         out.paragraph(self.verdict());
         for sensor in [Sensor::Accel, Sensor::Gyro] {
-            let terms = terms_of(&found.parameters, sensor);
+            let terms = terms_in(&found.parameters, sensor);
             if terms.is_empty() {
                 continue;
             }
-            let mut table = Table::estimates(&[title(sensor), "x", "y", "z", ""]);
-            for term in terms {
-                let shown = shown(sensor, term);
-                let mut cells: Vec<Cell> = vec![shown.name.into()];
-                cells.extend(
-                    estimates(&found.parameters, sensor, term, shown.per_si).map(Cell::from),
-                );
-                cells.push(shown.unit.into());
-                table.row(cells);
-            }
+            let table = estimates_table(sensor, terms, &found.parameters);
             out.blank();
             out.table(table);
         }
