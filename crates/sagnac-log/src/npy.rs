@@ -44,6 +44,16 @@ impl Scalar {
         })
     }
 
+    /// Its bytes.
+    pub(crate) fn size(self) -> usize {
+        self.size
+    }
+
+    /// A scalar of `kind` (`f`, `i`, `u`) in `size` bytes, where it is one that is read.
+    pub(crate) fn of(kind: char, size: u64, big: bool) -> Option<Self> {
+        Self::parse(&format!("{}{kind}{size}", if big { '>' } else { '<' }))
+    }
+
     fn words(text: &str) -> String {
         crate::map::columns::clip(text)
     }
@@ -91,6 +101,14 @@ pub(crate) struct Header {
     pub(crate) is_structured: bool,
     pub(crate) fortran: bool,
     pub(crate) shape: Vec<u64>,
+}
+
+impl Header {
+    /// The header of another format's array of one or two sides, of which the longer is time; with `fortran` the first
+    /// index runs fastest.
+    pub(crate) fn of_table(one: Scalar, shape: Vec<u64>, fortran: bool) -> Result<Self, Error> {
+        plain(one, shape, fortran, Sides::LongerIsTime)
+    }
 }
 
 /// Reads magic and header; leaves the reader at the data.
@@ -142,12 +160,12 @@ fn parse_header(text: &str, sides: Sides) -> Result<Header, Error> {
             .strip_prefix(':')
             .map(str::trim_start)
     };
-    let mut fortran = after("fortran_order").ok_or_else(bad)?.starts_with("True");
+    let fortran = after("fortran_order").ok_or_else(bad)?.starts_with("True");
     let shape_text = after("shape")
         .and_then(|s| s.strip_prefix('('))
         .and_then(|s| s.split(')').next())
         .ok_or_else(bad)?;
-    let mut shape: Vec<u64> = shape_text
+    let shape: Vec<u64> = shape_text
         .split(',')
         .map(|n| n.trim().trim_end_matches('L'))
         .filter(|n| !n.is_empty())
@@ -205,6 +223,16 @@ fn parse_header(text: &str, sides: Sides) -> Result<Header, Error> {
         .filter(|c| *c == '\'' || *c == '"')
         .ok_or_else(bad)?;
     let one = scalar(descr[1..].split(quote).next().ok_or_else(bad)?)?;
+    plain(one, shape, fortran, sides)
+}
+
+/// The header of a plain array of one or two sides.
+fn plain(
+    one: Scalar,
+    mut shape: Vec<u64>,
+    mut fortran: bool,
+    sides: Sides,
+) -> Result<Header, Error> {
     if let (Sides::LongerIsTime, &[a, b]) = (sides, shape.as_slice())
         && b > a
     {

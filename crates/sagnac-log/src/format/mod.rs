@@ -1,9 +1,12 @@
 //! Formats are recognized by their first bytes, never by a name alone.
 
+mod arrays;
 mod bag;
 mod chunked;
 mod dataflash;
 mod db3;
+mod hdf5;
+mod mat;
 mod mcap;
 mod mimu;
 mod npz;
@@ -47,7 +50,11 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
     } else if input.head.starts_with(db3::MAGIC) {
         Box::new(db3::Db3::open(input.bytes, packed, options)?)
     } else if input.head.starts_with(npz::MAGIC) {
-        Box::new(npz::Npz::open(input.bytes, packed)?)
+        Box::new(npz::open(input.bytes, packed)?)
+    } else if let Some(at) = hdf5::recognize(&input.head) {
+        Box::new(hdf5::open(input.bytes, &input.head, at, packed)?)
+    } else if mat::recognize(&input.head) {
+        Box::new(mat::open(input.bytes, &input.head, packed)?)
     } else if mimu::recognize(&input.head) {
         Box::new(mimu::Mimu::open(input.bytes, packed, options)?)
     } else {

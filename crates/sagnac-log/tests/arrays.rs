@@ -1,0 +1,152 @@
+//! MATLAB, HDF5 and Parquet: one log in every layout (testdata/arrays, made by tools/make_arrays.py with SciPy, h5py
+//! and pyarrow), and real recordings against the numbers of their data set.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
+
+use std::path::{Path, PathBuf};
+
+use sagnac_log::{Log, ReadOptions, Source, Stamp, read};
+
+fn file(path: &Path) -> Source {
+    let bytes = std::fs::read(path).unwrap();
+    Source::memory(path.display().to_string(), bytes)
+}
+
+fn options(columns: &str, rate_hz: Option<f64>) -> ReadOptions {
+    ReadOptions {
+        columns: Some(columns.to_owned()),
+        rate_hz,
+        ..ReadOptions::default()
+    }
+}
+
+fn small(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../testdata/arrays")
+        .join(name)
+}
+
+/// The log of tools/make_arrays.py.
+fn check(log: &Log, name: &str) {
+    assert_eq!(log.rows, 60, "{name}");
+    for k in 0..60 {
+        for (j, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let gyro = (k as f64 + 1000.0 * j as f64) / 8.0;
+            let accel = k as f64 - 30.0 * j as f64;
+            assert_eq!(
+                log.channel(&format!("gyro_{axis}")).unwrap()[k],
+                gyro,
+                "{name}"
+            );
+            assert_eq!(
+                log.channel(&format!("accel_{axis}")).unwrap()[k],
+                accel,
+                "{name}"
+            );
+        }
+    }
+}
+
+fn in_every_layout(names: &[&str], seconds: &str, nanoseconds: &str) {
+    for name in names {
+        let log = read(file(&small(name)), &options(seconds, None))
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        check(&log, name);
+        assert_eq!(log.time_s(59), 0.59, "{name}");
+        let log = read(file(&small(name)), &options(nanoseconds, None)).unwrap();
+        assert_eq!(
+            log.stamps.get(59),
+            Some(Stamp::Nanoseconds(
+                1_520_530_308_181_901_469 + 59 * 5_000_000
+            )),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn matlab_files_are_read_in_every_layout() {
+    in_every_layout(
+        &["plain.mat", "packed.mat", "big.mat"],
+        "time=t:s, gyro=gyr:rad/s, accel=acc:m/s^2",
+        "time=stamp:ns, gyro=gyr:rad/s, accel=acc:m/s^2",
+    );
+    in_every_layout(
+        &["struct.mat", "struct_packed.mat"],
+        "time=imu.t:s, gyro=imu.raw.gyr:rad/s, accel=imu.raw.acc:m/s^2",
+        "time=imu.stamp:ns, gyro=imu.raw.gyr:rad/s, accel=imu.raw.acc:m/s^2",
+    );
+}
+
+#[test]
+fn hdf5_files_are_read_in_every_layout() {
+    in_every_layout(
+        &[
+            "contiguous.h5",
+            "filters.h5",
+            "version108.h5",
+            "latest.h5",
+            "odd_chunks.h5",
+            "many_links.h5",
+        ],
+        "time=t:s, gyro=imu/gyr:rad/s, accel=imu/acc:m/s^2",
+        "time=imu/stamp:ns, gyro=imu/gyr:rad/s, accel=imu/acc:m/s^2",
+    );
+}
+
+/// Means and rows of real recordings, as their READMEs give them.
+#[test]
+fn real_recordings_agree() {
+    let root = std::env::var_os("SAGNAC_DATA").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let still = "mpu6050-orientations/set-2/unmoved-with-x-pointing-forward-10min/mpu6050_";
+    for (name, columns, rate, rows, channel, mean) in [
+        (
+            format!("{still}accelerometer.mat"),
+            "time=accelBuffer[0]:s, accel=accelBuffer[1],accelBuffer[2],accelBuffer[3]:m/s^2",
+            None,
+            65067,
+            "accel_z",
+            -1.03408,
+        ),
+        (
+            format!("{still}gyroscope.mat"),
+            "time=gyroBuffer[0]:s, gyro=gyroBuffer[1],gyroBuffer[2],gyroBuffer[3]:rad/s",
+            None,
+            65067,
+            "gyro_x",
+            4.53532,
+        ),
+        (
+            "broad-orientation/01_undisturbed_slow_rotation_A.mat".to_owned(),
+            "gyro=imu_gyr:rad/s, accel=imu_acc:m/s^2",
+            Some(2000.0 / 7.0),
+            56940,
+            "accel_z",
+            f64::NAN,
+        ),
+        (
+            "broad-orientation/11_undisturbed_slow_translation_B.hdf5".to_owned(),
+            "gyro=imu_gyr:rad/s, accel=imu_acc:m/s^2",
+            Some(2000.0 / 7.0),
+            54214,
+            "accel_z",
+            f64::NAN,
+        ),
+    ] {
+        let path = root.join(&name);
+        if !path.exists() {
+            eprintln!("skipped: {} is not there", path.display());
+            continue;
+        }
+        let log = read(file(&path), &options(columns, rate)).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(log.rows, rows, "{name}");
+        let values = log.channel(channel).unwrap();
+        let got = values.iter().sum::<f64>() / rows as f64;
+        assert!(
+            mean.is_nan() || (got / mean - 1.0).abs() < 2e-5,
+            "{name}: {got}"
+        );
+    }
+}
