@@ -27,6 +27,7 @@ cargo xtask TASK
   fidelity  the joint estimate against known truth: [--axes N] [--seed S] [--set basic,wide,weak,corners]
   emitted   the emitted C, float and double, against the library: 20 models, a million readings each
   embedded  core and noise without std; the Cortex-M4's object without a panic path
+  fuzz      mutated logs for every reader: [--inputs N, a million] [--reader NAME] [--seed S]
   python    the cross-checks against independent Python implementations
 ";
 
@@ -39,6 +40,10 @@ fn main() -> ExitCode {
         "fidelity" => steps.run("fidelity", || {
             fidelity::run(&std::env::args().skip(2).collect::<Vec<_>>())
         }),
+        "fuzz" => {
+            let more: Vec<String> = std::env::args().skip(2).collect();
+            fuzz(&mut steps, "1000000", &more);
+        }
         "emitted" => emitted(&mut steps),
         "embedded" => steps.run("without std", embedded::run),
         "pages" => steps.run("pages in a browser", pages::run),
@@ -90,9 +95,19 @@ fn test(steps: &mut Steps) {
     );
     emitted(steps);
     steps.cargo("release build", &["build", "--release", "--quiet"]);
+    fuzz(steps, "3000", &[]);
     steps.run("without std", embedded::run);
     steps.run("pages in a browser", pages::run);
     steps.run("python cross-checks", python::run);
+}
+
+/// Mutated logs for every reader: no panic, no hang, bounded memory. FUZZ.md shows a long run.
+fn fuzz(steps: &mut Steps, inputs: &str, more: &[String]) {
+    let program = ["run", "--release", "--quiet", "-p", "sagnac-fuzz", "--"];
+    let mut args: Vec<&str> = program.to_vec();
+    args.extend(["--inputs", inputs]);
+    args.extend(more.iter().map(String::as_str));
+    steps.cargo("mutated logs", &args);
 }
 
 /// Compiles the C of 20 models with gcc and feeds each a million random readings.

@@ -93,6 +93,16 @@ fn hdf5_files_are_read_in_every_layout() {
     );
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_files_are_read_in_every_layout() {
+    in_every_layout(
+        &["snappy.parquet", "zstd.parquet", "gzip_v2.parquet"],
+        "time=t:s, gyro=gyr:rad/s, accel=acc:m/s^2",
+        "time=stamp, gyro=gyr:rad/s, accel=acc:m/s^2",
+    );
+}
+
 /// Means and rows of real recordings, as their READMEs give them.
 #[test]
 fn real_recordings_agree() {

@@ -266,7 +266,7 @@ fn what_is_written_reads_back() {
         &ReadOptions::default(),
     )
     .unwrap();
-    for name in ["a.mcap", "a.bag", "a.npz"] {
+    for name in ["a.mcap", "a.bag", "a.npz", "a.parquet"] {
         let format = sagnac_log::WriteFormat::of_name(name).unwrap();
         let out = Shared::default();
         let mut writer = sagnac_log::create(format, Box::new(out.clone()), &log.layout).unwrap();

@@ -11,6 +11,8 @@ mod mcap;
 mod mimu;
 mod npz;
 mod oxts;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod part;
 mod ros;
 mod scan;
@@ -19,7 +21,7 @@ mod ulog;
 
 use chunked::Chunked;
 
-use crate::input::Input;
+use crate::input::{Input, InputBytes};
 use crate::map::raw::RawReader;
 use crate::npy::Npy;
 use crate::text::TextTable;
@@ -51,6 +53,8 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
         Box::new(db3::Db3::open(input.bytes, packed, options)?)
     } else if input.head.starts_with(npz::MAGIC) {
         Box::new(npz::open(input.bytes, packed)?)
+    } else if input.head.starts_with(b"PAR1") {
+        parquet_file(input.bytes, packed)?
     } else if let Some(at) = hdf5::recognize(&input.head) {
         Box::new(hdf5::open(input.bytes, &input.head, at, packed)?)
     } else if mat::recognize(&input.head) {
@@ -70,4 +74,15 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
             .advise("leave --topic out"));
     }
     Ok(raw)
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_file(bytes: InputBytes, packed: &str) -> Result<Box<dyn RawReader>, Error> {
+    Ok(Box::new(parquet::Parquet::open(bytes, packed)?))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_file(_: InputBytes, _: &str) -> Result<Box<dyn RawReader>, Error> {
+    Err(Error::data("this build does not read Parquet files")
+        .advise("build with the feature `parquet`"))
 }

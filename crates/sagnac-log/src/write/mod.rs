@@ -5,6 +5,8 @@ pub(crate) mod csv;
 mod mcap;
 pub(crate) mod npy;
 mod npz;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod ros;
 
 use std::io::{Seek, Write};
@@ -29,6 +31,9 @@ pub enum WriteFormat {
     Npy,
     /// `.npz`: one structured array, `log`.
     Npz,
+    /// `.parquet`: a column a channel.
+    #[cfg(feature = "parquet")]
+    Parquet,
     /// `.mcap`: `sensor_msgs/msg/Imu` of ROS 2.
     Mcap,
     /// `.bag`: `sensor_msgs/Imu` of ROS 1.
@@ -48,6 +53,8 @@ impl WriteFormat {
             (".csv.zst", Self::CsvZstd),
             (".npy", Self::Npy),
             (".npz", Self::Npz),
+            #[cfg(feature = "parquet")]
+            (".parquet", Self::Parquet),
             (".mcap", Self::Mcap),
             (".bag", Self::Bag),
         ] {
@@ -57,7 +64,7 @@ impl WriteFormat {
         }
         Err(
             Error::usage(format!("no log format is written as `{name}`"))
-                .advise("name it .csv, .csv.gz, .csv.zst, .npy, .npz, .mcap or .bag"),
+                .advise("name it .csv, .csv.gz, .csv.zst, .npy, .npz, .parquet, .mcap or .bag"),
         )
     }
 }
@@ -89,6 +96,8 @@ pub fn create(
         WriteFormat::CsvZstd => Box::new(csv::CsvWriter::new(csv::Packed::zstd(output)?, layout)?),
         WriteFormat::Npy => Box::new(npy::NpyWriter::new(output, layout)?),
         WriteFormat::Npz => Box::new(npz::NpzWriter::new(output, layout)?),
+        #[cfg(feature = "parquet")]
+        WriteFormat::Parquet => Box::new(parquet::ParquetWriter::new(output, layout)),
         WriteFormat::Mcap => Box::new(mcap::McapWriter::new(output, layout)?),
         WriteFormat::Bag => Box::new(bag::BagWriter::new(output, layout)?),
     })

@@ -184,7 +184,7 @@ fn scalar(mut view: View) -> Option<Scalar> {
         1 if bits & 64 == 0 => Scalar::of('f', size, big),
         8 => {
             // The base type stands next; an enumeration of enumerations there is not.
-            (view.bytes.get(view.at)? & 15 == 0).then_some(())?;
+            (view.bytes.get(view.at)? % 16 == 0).then_some(())?;
             scalar(view)
         }
         _ => None,

@@ -1,0 +1,342 @@
+//! Apache Parquet: flat columns of numbers by name, a page of each at a time. Source: [PARQUET].
+//!
+//! Names may carry units as the CSV header's do (`gyro_x [rad/s]`); time stamps of the format's own kind have theirs.
+//! A null is no number.
+
+use std::io::{BufReader, Read};
+
+use bytes::Bytes;
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+
+use super::part::{Part, Shared};
+use super::table::{ROWS, begin};
+use crate::input::InputBytes;
+use crate::map::columns::clip;
+use crate::map::raw::{Plan, RawColumn, RawLayout, RawReader};
+use crate::text::{grouped, name_and_unit};
+use crate::{Block, Error};
+
+/// More columns than any log has.
+const MOST_COLUMNS: usize = 4096;
+
+/// The file as the decoder asks for it.
+struct Pieces {
+    file: Shared,
+    length: u64,
+}
+
+impl Length for Pieces {
+    fn len(&self) -> u64 {
+        self.length
+    }
+}
+
+impl ChunkReader for Pieces {
+    type T = BufReader<Part>;
+
+    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
+        Ok(BufReader::with_capacity(1 << 16, self.file.from(start)))
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
+        let mut out = Vec::new();
+        self.file
+            .part(start, length as u64)
+            .read_to_end(&mut out)
+            .map_err(|e| ParquetError::External(Box::new(e)))?;
+        if out.len() < length {
+            return Err(ParquetError::EOF("the file ends before".to_owned()));
+        }
+        Ok(out.into())
+    }
+}
+
+fn damaged(error: &ParquetError) -> Error {
+    Error::data(format!(
+        "the Parquet file is cut off or damaged: {}",
+        clip(&error.to_string())
+    ))
+}
+
+/// Unit of a column of the format's own time stamps.
+fn stamp_unit(column: &ColumnDescriptor) -> Option<&'static str> {
+    match (column.logical_type_ref(), column.converted_type()) {
+        (Some(LogicalType::Timestamp(kind)), _) => Some(match kind.unit {
+            TimeUnit::MILLIS => "ms",
+            TimeUnit::MICROS => "us",
+            TimeUnit::NANOS => "ns",
+        }),
+        (_, ConvertedType::TIMESTAMP_MILLIS) => Some("ms"),
+        (_, ConvertedType::TIMESTAMP_MICROS) => Some("us"),
+        _ => None,
+    }
+}
+
+/// A column that is wanted.
+struct Wanted {
+    /// Its place in the file.
+    column: usize,
+    most_defined: i16,
+    unsigned: bool,
+    reader: Option<ColumnReader>,
+    levels: Vec<i16>,
+}
+
+/// A Parquet file as a log.
+pub(crate) struct Parquet {
+    layout: RawLayout,
+    file: SerializedFileReader<Pieces>,
+    /// Place in the file of every column of the log.
+    places: Vec<usize>,
+    plan: Plan,
+    /// Time first, where there is one.
+    wanted: Vec<Wanted>,
+    group: usize,
+    left: u64,
+}
+
+impl Parquet {
+    pub(crate) fn open(bytes: InputBytes, packed: &str) -> Result<Self, Error> {
+        let InputBytes::File(file) = bytes else {
+            return Err(super::arrays::no_pipe("a Parquet file"));
+        };
+        let file = Shared::new(file);
+        let length = file.length().map_err(Error::read)?;
+        let file = SerializedFileReader::new(Pieces { file, length }).map_err(|e| damaged(&e))?;
+        let (mut places, mut columns, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let metadata = file.metadata().file_metadata();
+        for (place, column) in metadata.schema_descr().columns().iter().enumerate() {
+            let path = column.path().string();
+            let is_number = matches!(
+                column.physical_type(),
+                Type::BOOLEAN | Type::INT32 | Type::INT64 | Type::FLOAT | Type::DOUBLE
+            );
+            if !is_number || column.max_rep_level() > 0 || places.len() >= MOST_COLUMNS {
+                left_out.push(clip(&path));
+                continue;
+            }
+            let (name, unit) = name_and_unit(&path);
+            let unit = unit.or_else(|| stamp_unit(column).map(str::to_owned));
+            places.push(place);
+            columns.push(RawColumn {
+                name,
+                unit,
+                ..RawColumn::default()
+            });
+        }
+        let mut notes = Vec::new();
+        if !left_out.is_empty() {
+            let more = left_out.len().saturating_sub(20) as u64;
+            left_out.truncate(20);
+            let tail = match more {
+                0 => String::new(),
+                n => format!(" and {} more", grouped(n)),
+            };
+            notes.push(format!(
+                "no columns of numbers, and left out: {}{tail}",
+                left_out.join(", ")
+            ));
+        }
+        let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
+        if rows == 0 || columns.is_empty() {
+            return Err(Error::data("the file holds no rows of numbers"));
+        }
+        Ok(Self {
+            layout: RawLayout {
+                format: format!("Parquet{packed}"),
+                columns,
+                has_names: true,
+                samples: Some(rows),
+                header_place: Some("schema".to_owned()),
+                notes,
+                ..RawLayout::default()
+            },
+            file,
+            places,
+            plan: Plan::default(),
+            wanted: Vec::new(),
+            group: 0,
+            left: 0,
+        })
+    }
+
+    /// Goes to the next group of rows; `false` where there is none.
+    fn next_group(&mut self) -> Result<bool, Error> {
+        while self.left == 0 {
+            if self.group >= self.file.num_row_groups() {
+                return Ok(false);
+            }
+            let group = self
+                .file
+                .get_row_group(self.group)
+                .map_err(|e| damaged(&e))?;
+            self.group += 1;
+            self.left = u64::try_from(group.metadata().num_rows()).unwrap_or(0);
+            for wanted in &mut self.wanted {
+                let reader = group.get_column_reader(wanted.column);
+                wanted.reader = Some(reader.map_err(|e| damaged(&e))?);
+            }
+        }
+        Ok(true)
+    }
+}
+
+impl RawReader for Parquet {
+    fn raw(&self) -> &RawLayout {
+        &self.layout
+    }
+
+    fn select(&mut self, plan: Plan) -> Result<(), Error> {
+        let schema = self.file.metadata().file_metadata().schema_descr();
+        let columns = plan.time.iter().map(|t| t.0).chain(plan.columns.clone());
+        self.wanted = columns
+            .filter_map(|c| self.places.get(c).copied())
+            .map(|column| {
+                let about = schema.column(column);
+                Wanted {
+                    column,
+                    most_defined: about.max_def_level(),
+                    unsigned: matches!(
+                        about.converted_type(),
+                        ConvertedType::UINT_8
+                            | ConvertedType::UINT_16
+                            | ConvertedType::UINT_32
+                            | ConvertedType::UINT_64
+                    ),
+                    reader: None,
+                    levels: Vec::new(),
+                }
+            })
+            .collect();
+        self.plan = plan;
+        Ok(())
+    }
+
+    fn read_raw(&mut self, block: &mut Block) -> Result<bool, Error> {
+        begin(block, &self.plan);
+        if !self.next_group()? {
+            return Ok(false);
+        }
+        let n = self.left.min(ROWS as u64) as usize;
+        let stamps = usize::from(self.plan.time.is_some());
+        for (k, wanted) in self.wanted.iter_mut().enumerate() {
+            let place = || format!("column {}", wanted.column);
+            let mut sink = Sink {
+                stamps: (k < stamps).then_some(&mut block.stamps),
+                column: block.columns.get_mut(k.wrapping_sub(stamps)),
+                kind: self.plan.time.map(|t| t.1),
+            };
+            let (levels, most) = (&mut wanted.levels, wanted.most_defined);
+            let unsigned = wanted.unsigned;
+            let result = match &mut wanted.reader {
+                Some(ColumnReader::BoolColumnReader(r)) => take(r, n, levels, most, |v| {
+                    sink.put(v.map(i64::from), f64::from(u8::from(v.unwrap_or(false))));
+                }),
+                Some(ColumnReader::Int32ColumnReader(r)) => take(r, n, levels, most, |v| {
+                    sink.whole(v.map(|v| {
+                        if unsigned {
+                            i64::from(v as u32)
+                        } else {
+                            i64::from(v)
+                        }
+                    }));
+                }),
+                Some(ColumnReader::Int64ColumnReader(r)) => take(r, n, levels, most, |v| match v {
+                    Some(v) if unsigned && v < 0 => sink.put(None, v as u64 as f64),
+                    v => sink.whole(v),
+                }),
+                Some(ColumnReader::FloatColumnReader(r)) => take(r, n, levels, most, |v| {
+                    sink.put(None, v.map_or(f64::NAN, f64::from));
+                }),
+                Some(ColumnReader::DoubleColumnReader(r)) => take(r, n, levels, most, |v| {
+                    sink.put(None, v.unwrap_or(f64::NAN));
+                }),
+                _ => Ok(0),
+            };
+            match result {
+                Ok(got) if got == n => {}
+                Ok(_) => {
+                    return Err(
+                        Error::data("a column of the Parquet file ends before the others")
+                            .at(place()),
+                    );
+                }
+                Err(e) => return Err(damaged(&e).at(place())),
+            }
+        }
+        self.left -= n as u64;
+        block.rows = n;
+        Ok(true)
+    }
+}
+
+/// Where a column's values go.
+struct Sink<'a> {
+    stamps: Option<&'a mut crate::Stamps>,
+    column: Option<&'a mut Vec<f64>>,
+    kind: Option<crate::text::number::TimeKind>,
+}
+
+impl Sink<'_> {
+    #[inline]
+    fn whole(&mut self, value: Option<i64>) {
+        self.put(value, value.map_or(f64::NAN, |v| v as f64));
+    }
+
+    #[inline]
+    fn put(&mut self, whole: Option<i64>, value: f64) {
+        if let (Some(stamps), Some(kind)) = (&mut self.stamps, self.kind) {
+            stamps.push(match whole {
+                Some(i) => kind.of_integer(i),
+                None => kind.of_float(value),
+            });
+        } else if let Some(column) = &mut self.column {
+            column.push(value);
+        }
+    }
+}
+
+/// Hands `n` values of a column on, `None` for nulls; returns how many there were.
+fn take<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    n: usize,
+    levels: &mut Vec<i16>,
+    most_defined: i16,
+    mut put: impl FnMut(Option<T::T>),
+) -> Result<usize, ParquetError> {
+    let mut values: Vec<T::T> = Vec::with_capacity(n);
+    let mut done = 0;
+    while done < n {
+        values.clear();
+        levels.clear();
+        let nullable = most_defined > 0;
+        let (records, _, _) = reader.read_records(
+            n - done,
+            nullable.then_some(&mut *levels),
+            None,
+            &mut values,
+        )?;
+        if records == 0 {
+            break;
+        }
+        let mut values = values.drain(..);
+        if nullable {
+            for &level in levels.iter().take(records) {
+                put(if level == most_defined {
+                    values.next()
+                } else {
+                    None
+                });
+            }
+        } else {
+            values.by_ref().take(records).for_each(|v| put(Some(v)));
+        }
+        done += records;
+    }
+    Ok(done)
+}
