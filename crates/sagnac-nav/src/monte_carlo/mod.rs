@@ -3,6 +3,7 @@
 //!
 //! Run r uses the streams of run r of `simulate --runs`; the result does not depend on threads.
 
+mod stage;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -15,13 +16,13 @@ use crate::covariance::report_times_s;
 use crate::drift::Setting;
 use crate::ellipse::{Sampled, quantile, rms};
 use crate::sensor::{Calibration, SensorErrors};
-use crate::strapdown::{LaneSample, Sculling, State, Strapdown};
+use crate::strapdown::{Sculling, State, Strapdown};
 use crate::trajectory::Trajectory;
 use rayon::prelude::*;
 use sagnac_core::Compensation;
 use start::aligned;
 use truth::segment;
-use unit::{BLOCK, Scratch, Unit, cholesky};
+use unit::{BLOCK, EMPTY, Rows, Scratch, Unit, cholesky};
 
 /// Runs stepped together.
 const LANES: usize = 8;
@@ -113,7 +114,8 @@ struct Group {
     clipped: u64,
     invalid: u64,
     scratch: Box<Scratch>,
-    samples: Vec<LaneSample<LANES>>,
+    /// Corrected output of every lane.
+    rows: Vec<Rows>,
 }
 
 /// Runs the Monte Carlo; `progress` hears how many of how many samples of the trajectory are done.
@@ -156,7 +158,6 @@ pub fn monte_carlo(
     let truth_state: State = start.into();
     let factors: Vec<Vec<f64>> = request.sensor.correlated.iter().map(cholesky).collect();
     let groups_count = (request.runs as usize).div_ceil(LANES);
-    let first = request.trajectory.samples(dt).next_sample();
     let mut groups: Vec<Group> = (0..groups_count)
         .into_par_iter()
         .map(|g| {
@@ -167,7 +168,7 @@ pub fn monte_carlo(
                 let run = (g * LANES + lane) as u32 + 1;
                 // Lanes beyond the last run are idle copies of it: their results are not read.
                 let run = run.min(request.runs);
-                let mut unit = Unit::new(request, run, &first, &factors)?;
+                let mut unit = Unit::new(request, run, &factors)?;
                 initial[lane].e_from_b = aligned(
                     request,
                     run,
@@ -187,7 +188,7 @@ pub fn monte_carlo(
                 clipped: 0,
                 invalid: 0,
                 scratch,
-                samples: vec![[[0.0; LANES]; 6]; BLOCK],
+                rows: vec![EMPTY; LANES],
             })
         })
         .collect::<Result<_, Error>>()?;
@@ -223,29 +224,31 @@ pub fn monte_carlo(
             let mut from = 0;
             while from < count {
                 let n = BLOCK.min(count - from);
-                for (lane, unit) in group.units.iter_mut().enumerate() {
+                for (lane, (unit, rows)) in group
+                    .units
+                    .iter_mut()
+                    .zip(group.rows.iter_mut())
+                    .enumerate()
+                {
+                    let correct = correct.as_ref();
                     let (clipped, invalid) = unit.block(
                         &truth,
                         from,
                         n,
-                        correct.as_ref(),
+                        correct,
                         dt,
                         false,
                         &mut group.scratch,
+                        rows,
                     );
                     if group.first_run + lane < request.runs as usize {
                         group.clipped += clipped;
                         group.invalid += invalid;
                     }
-                    for (c, channel) in group.scratch.corrected.iter().enumerate() {
-                        for (sample, value) in group.samples[..n].iter_mut().zip(channel) {
-                            sample[c][lane] = *value;
-                        }
-                    }
                 }
                 group
                     .nav
-                    .feed_block(dt, &group.samples[..n], &truth.vertical[from..from + n]);
+                    .feed_rows(dt, &group.rows, &truth.vertical[from..from + n]);
                 from += n;
                 let found = &mut group.found;
                 follow(&mut group.nav, &steps, last && from == count, &mut |nav| {

@@ -3,7 +3,7 @@
 
 use super::Request;
 use super::truth::Channels;
-use super::unit::{BLOCK, Scratch, Unit};
+use super::unit::{BLOCK, EMPTY, Scratch, Unit};
 use crate::attitude::{Vec3, from_rotation_vector, mul, mul_vec, mul_vec_t, transpose};
 use crate::covariance::SELF_ALIGNMENT_S;
 use crate::drift::Alignment;
@@ -57,13 +57,14 @@ pub(super) fn aligned(
                 vertical: vec![[0.0; 2]; BLOCK],
             };
             let total = (SELF_ALIGNMENT_S / request.setting.dt_s).round() as usize;
-            let mut sum = [0.0; 6];
+            let (mut sum, mut corrected) = ([0.0; 6], EMPTY);
             let mut done = 0;
             while done < total {
                 let n = BLOCK.min(total - done);
-                unit.block(&still, 0, n, correct, request.setting.dt_s, true, scratch);
+                let dt_s = request.setting.dt_s;
+                unit.block(&still, 0, n, correct, dt_s, true, scratch, &mut corrected);
                 for c in 0..6 {
-                    sum[c] += scratch.corrected[c][..n].iter().sum::<f64>();
+                    sum[c] += corrected[c][..n].iter().sum::<f64>();
                 }
                 done += n;
             }

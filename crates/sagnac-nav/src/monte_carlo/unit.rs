@@ -3,34 +3,39 @@
 //! Run r uses the streams of run r of `simulate --runs`.
 
 use super::Request;
+use super::stage::Stage;
 use super::truth::Channels;
 use crate::Error;
 use crate::sensor::{Calibration, Correlated};
-use crate::trajectory::TruthSample;
 use sagnac_core::{
-    Axis, Compensation, CorrectedBlock, Draw, Measurement, OffDiagonal, OutputBlock, OutputStage,
-    ReadingBlock, Sensor, SensorModel, TruthBlock, flags,
+    Axis, Compensation, CorrectedBlock, Draw, Measurement, OffDiagonal, OutputBlock, ReadingBlock,
+    Sensor, SensorModel, TruthBlock, flags,
 };
 use sagnac_noise::{AxisGenerator, Purpose, Ramp, StreamKey, TermSet};
 
 /// Samples worked at once: a block of all channels stays in the second cache.
 pub(super) const BLOCK: usize = 256;
+/// Room for one channel of a block; a little more than its samples, so that channels do not all fall on the same places
+/// of the first cache.
+const ROW: usize = BLOCK + 8;
+
+/// Corrected output of one run: gyro x, y, z, accelerometer x, y, z.
+pub(super) type Rows = [[f64; ROW]; 6];
+pub(super) const EMPTY: Rows = [[0.0; ROW]; 6];
 
 /// One run's sensor.
 pub(super) struct Unit {
     forward: Measurement<f64>,
-    stages: Option<[OutputStage<f64>; 2]>,
+    stages: [Stage; 2],
     /// Terms that are stationary, and those that start from zero at t = 0.
     stationary: Vec<AxisGenerator>,
     growing: Vec<AxisGenerator>,
     ramp: [f64; 6],
-    limit: [[f64; 3]; 2],
     time_s: f64,
 }
 
 pub(super) struct Scratch {
-    output: [[f64; BLOCK]; 6],
-    pub(super) corrected: [[f64; BLOCK]; 6],
+    output: Rows,
     noise: [f64; BLOCK],
     flags: [u32; BLOCK],
 }
@@ -38,8 +43,7 @@ pub(super) struct Scratch {
 impl Scratch {
     pub(super) fn new() -> Box<Self> {
         Box::new(Self {
-            output: [[0.0; BLOCK]; 6],
-            corrected: [[0.0; BLOCK]; 6],
+            output: EMPTY,
             noise: [0.0; BLOCK],
             flags: [0; BLOCK],
         })
@@ -56,7 +60,6 @@ impl Unit {
     pub(super) fn new(
         request: &Request<'_>,
         run: u32,
-        settled: &TruthSample,
         factors: &[Vec<f64>],
     ) -> Result<Self, Error> {
         let sensor = request.sensor;
@@ -134,29 +137,17 @@ impl Unit {
                 growing.push(make(set(&["random_walk"]))?);
             }
         }
-        // The low-pass is a matter of time tags and is left out of both methods.
-        let mut output = model;
-        output.gyro.bandwidth = sagnac_core::Triad::default().bandwidth;
-        output.accel.bandwidth = sagnac_core::Triad::default().bandwidth;
-        let forward = Measurement::new(&model);
-        let truth = sagnac_core::Truth {
-            specific_force: settled.force_m_s2,
-            angular_rate: settled.rate_rad_s,
-            ..sagnac_core::Truth::default()
-        };
-        let first = forward.corrupt(&truth);
+        let dt_s = request.setting.dt_s;
         let stages = [
-            OutputStage::new(&output.gyro, request.setting.dt_s, first.gyro),
-            OutputStage::new(&output.accel, request.setting.dt_s, first.accel),
+            Stage::new(&model.gyro, dt_s),
+            Stage::new(&model.accel, dt_s),
         ];
-        let transparent = stages.iter().all(OutputStage::is_transparent);
         Ok(Self {
-            forward,
-            stages: (!transparent).then_some(stages),
+            forward: Measurement::new(&model),
+            stages,
             stationary,
             growing,
             ramp,
-            limit: [model.gyro.range.limit, model.accel.range.limit],
             time_s: 0.0,
         })
     }
@@ -175,6 +166,7 @@ impl Unit {
         dt_s: f64,
         prelude: bool,
         scratch: &mut Scratch,
+        corrected: &mut Rows,
     ) -> (u64, u64) {
         let to = from + count;
         let [gx, gy, gz, ax, ay, az] = &mut scratch.output;
@@ -212,27 +204,19 @@ impl Unit {
             self.time_s += count as f64 * dt_s;
         }
         let mut clipped = 0;
-        if let Some(stages) = &mut self.stages {
-            for (s, stage) in stages.iter_mut().enumerate() {
-                let limit = self.limit[s];
-                let Some([x, y, z]) = scratch.output.get_mut(3 * s..3 * s + 3) else {
-                    continue;
-                };
-                clipped += put_out(
-                    stage,
-                    limit,
-                    [&mut x[..count], &mut y[..count], &mut z[..count]],
-                );
+        for (s, stage) in self.stages.iter_mut().enumerate() {
+            if let Some([x, y, z]) = scratch.output.get_mut(3 * s..3 * s + 3) {
+                clipped += stage.block([&mut x[..count], &mut y[..count], &mut z[..count]]);
             }
         }
         let Some(correct) = correct else {
-            for (to, from) in scratch.corrected.iter_mut().zip(&scratch.output) {
+            for (to, from) in corrected.iter_mut().zip(&scratch.output) {
                 to[..count].copy_from_slice(&from[..count]);
             }
             return (clipped, 0);
         };
         let raw = &scratch.output;
-        let [gx, gy, gz, ax, ay, az] = &mut scratch.corrected;
+        let [gx, gy, gz, ax, ay, az] = corrected;
         correct.correct_block(
             &ReadingBlock {
                 gyro: [&raw[0][..count], &raw[1][..count], &raw[2][..count]],
@@ -252,23 +236,6 @@ impl Unit {
             .count();
         (clipped, invalid as u64)
     }
-}
-
-/// Saturates and rounds three axes in place; returns how many values lie beyond the range.
-fn put_out(stage: &mut OutputStage<f64>, limit: [f64; 3], axes: [&mut [f64]; 3]) -> u64 {
-    let [x, y, z] = axes;
-    let beyond = |values: &[f64], limit: f64| -> u64 {
-        if limit.is_finite() {
-            values.iter().map(|v| u64::from(v.abs() > limit)).sum()
-        } else {
-            0
-        }
-    };
-    let clipped = beyond(x, limit[0]) + beyond(y, limit[1]) + beyond(z, limit[2]);
-    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
-        [*x, *y, *z] = stage.next_sample([*x, *y, *z]);
-    }
-    clipped
 }
 
 /// Adds a value to a parameter of the deterministic model.

@@ -330,6 +330,8 @@ type Three = [[f64; CHUNK]; 3];
 struct Room {
     samples: Channels,
     parts: Parts,
+    /// Attitude at the start of every interval.
+    attitude: [[f64; CHUNK]; 4],
     /// Velocity and position changes, turned into inertial axes.
     gained: Three,
     moved: Three,
@@ -345,6 +347,7 @@ impl Room {
         Self {
             samples: [[0.0; REACH]; 6],
             parts: Parts::new(),
+            attitude: [[0.0; CHUNK]; 4],
             gained: [[0.0; CHUNK]; 3],
             moved: [[0.0; CHUNK]; 3],
             place: [[0.0; CHUNK]; 3],
@@ -360,7 +363,7 @@ impl Room {
 /// The attitude does not need the position, and the position needs gravitation only: so attitudes come first, then
 /// positions with a gravitation that is carried on along its gradient (in [`STEPS`] steps at 100 Hz off by 1e-8 m, in
 /// which gravitation does not change by 1e-13 m/s²), then the field at all of them, then the motion with that field.
-/// Nothing but additions stands between one step and the next.
+/// Only what one step needs of the last stands in the loops from step to step; all else runs over the whole chunk.
 #[inline(always)]
 fn carry<const L: usize, const HELD: bool>(
     lanes: &mut Lanes<L>,
@@ -371,106 +374,85 @@ fn carry<const L: usize, const HELD: bool>(
     let Some(h) = holds.first().map(|hold| hold.dt_s) else {
         return;
     };
-    let count = holds.len().min(STEPS) * L;
-    let Room {
-        parts,
-        gained,
-        moved,
-        place,
-        pull,
-        normal,
-        height,
-        ..
-    } = room;
-    // Attitude, and the velocity and position changes turned by it.
-    let (mut q, mut q_rest) = (lanes.q, lanes.q_rest);
-    for at in (0..count).step_by(L) {
-        turn::<L>(&mut q, &mut q_rest, parts, at, gained, moved);
-    }
-    (lanes.q, lanes.q_rest) = (q, q_rest);
-    // Where the lanes will be.
-    let (mut r, mut v, mut g) = (lanes.r, lanes.v, lanes.gravitation);
-    let mut step = [[0.0; L]; 3];
-    for l in 0..L {
-        // ġ of a point mass: −(g/r)(v − 3 r (r·v)/r²).
-        let inverse = 1.0 / (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
-        let pull = (g[0][l] * r[0][l] + g[1][l] * r[1][l] + g[2][l] * r[2][l]) * inverse;
-        let along = 3.0 * (r[0][l] * v[0][l] + r[1][l] * v[1][l] + r[2][l] * v[2][l]) * inverse;
+    let count = (holds.len().min(STEPS) * L).min(CHUNK);
+    // A number of lanes that the compiler does not know: it unrolls a loop of known length and then finds no vectors in
+    // it, while this one becomes a vector of lanes.
+    let width = if L == 1 { 1 } else { core::hint::black_box(L) };
+    follow_attitude::<L>(lanes, room, count, width);
+    turn(room, count);
+    predict::<L>(lanes, room, count, width, h);
+    for at in 0..count {
+        let (g, n, above) = field.at([room.place[0][at], room.place[1][at], room.place[2][at]]);
         for i in 0..3 {
-            step[i][l] = h * pull * (v[i][l] - along * r[i][l]);
+            room.pull[i][at] = g[i];
+            room.normal[i][at] = n[i];
         }
+        room.height[at] = above;
     }
-    for at in (0..count.min(CHUNK - L + 1)).step_by(L) {
-        for l in 0..L {
-            for i in 0..3 {
-                r[i][l] += h * (v[i][l] + h * (0.5 * g[i][l] + (1.0 / 6.0) * step[i][l]))
-                    + moved[i][at + l];
-                v[i][l] += gained[i][at + l] + h * (g[i][l] + 0.5 * step[i][l]);
-                g[i][l] += step[i][l];
-                place[i][at + l] = r[i][l];
-            }
-        }
-    }
-    for at in 0..count.min(CHUNK) {
-        let (g, n, above) = field.at([place[0][at], place[1][at], place[2][at]]);
-        for i in 0..3 {
-            pull[i][at] = g[i];
-            normal[i][at] = n[i];
-        }
-        height[at] = above;
-    }
-    let (mut r, mut v, mut g, mut baro) = (lanes.r, lanes.v, lanes.gravitation, lanes.baro);
-    for (hold, at) in holds.iter().zip((0..count.min(CHUNK - L + 1)).step_by(L)) {
-        for l in 0..L {
-            let k = at + l;
-            for i in 0..3 {
-                let (begin, end) = (g[i][l], pull[i][k]);
-                r[i][l] +=
-                    h * (v[i][l] + h * ((1.0 / 3.0) * begin + (1.0 / 6.0) * end)) + moved[i][k];
-                v[i][l] += gained[i][k] + (0.5 * h) * (begin + end);
-                g[i][l] = end;
-            }
-            if HELD {
-                // The vertical channel: e = h̃ − h, climb = n·(v − Ω×r).
-                let n = [normal[0][k], normal[1][k], normal[2][k]];
-                let error = height[k] - hold.height_m
-                    + (n[0] * (r[0][l] - place[0][k])
-                        + n[1] * (r[1][l] - place[1][k])
-                        + n[2] * (r[2][l] - place[2][k]));
-                let climb = n[0] * (v[0][l] + field.rate * r[1][l])
-                    + n[1] * (v[1][l] - field.rate * r[0][l])
-                    + n[2] * v[2][l];
-                let dh = hold.height_gain * error;
-                let dc = hold.climb_gain * (climb - hold.climb_m_s)
-                    + hold.velocity_per_height * error
-                    + hold.dt_s * baro[0][l];
-                baro[0][l] += hold.integral_per_height * error;
-                for i in 0..3 {
-                    r[i][l] -= dh * n[i];
-                    v[i][l] -= dc * n[i];
-                }
-            }
-        }
-    }
-    (lanes.r, lanes.v, lanes.gravitation, lanes.baro) = (r, v, g, baro);
+    move_on::<L, HELD>(lanes, field.rate, room, holds, width);
 }
 
-/// The attitude of every lane over the interval whose parts begin at `at`, and what it turns.
+/// q ← q ⊗ (cos ½φ, sin ½φ) as an increment, step by step, with the rounding carried along; the length of q is mended once
+/// a chunk, in which roundings change it by 1e-15.
 #[inline(always)]
-fn turn<const L: usize>(
-    q: &mut [[f64; L]; 4],
-    q_rest: &mut [[f64; L]; 4],
-    parts: &Parts,
-    at: usize,
-    gained: &mut Three,
-    moved: &mut Three,
+fn follow_attitude<const L: usize>(
+    lanes: &mut Lanes<L>,
+    room: &mut Room,
+    count: usize,
+    width: usize,
 ) {
-    if at + L > CHUNK {
-        return;
+    let (mut q, mut rest, mut mend) = (lanes.q, lanes.q_rest, [0.0; L]);
+    let Room {
+        parts, attitude, ..
+    } = room;
+    for l in 0..width.min(L) {
+        mend[l] = 0.5
+            * (1.0
+                - (q[0][l] * q[0][l] + q[1][l] * q[1][l] + q[2][l] * q[2][l] + q[3][l] * q[3][l]));
     }
-    for l in 0..L {
-        let k = at + l;
-        let (q0, q1, q2, q3) = (q[0][l], q[1][l], q[2][l], q[3][l]);
+    for at in (0..count.min(CHUNK + 1 - L)).step_by(L) {
+        for l in 0..width.min(L) {
+            let k = at + l;
+            let old = [q[0][l], q[1][l], q[2][l], q[3][l]];
+            let [q0, q1, q2, q3] = old;
+            let (u1, u2, u3) = (parts.turn[0][k], parts.turn[1][k], parts.turn[2][k]);
+            let unit = parts.unit[k] + mend[l];
+            mend[l] = 0.0;
+            let change = [
+                (q0 * unit - q1 * u1) - (q2 * u2 + q3 * u3),
+                (q0 * u1 + q1 * unit) + (q2 * u3 - q3 * u2),
+                (q0 * u2 - q1 * u3) + (q2 * unit + q3 * u1),
+                (q0 * u3 + q1 * u2) - (q2 * u1 - q3 * unit),
+            ];
+            for i in 0..4 {
+                attitude[i][k] = old[i];
+                let wanted = change[i] - rest[i][l];
+                let new = old[i] + wanted;
+                rest[i][l] = (new - old[i]) - wanted;
+                q[i][l] = new;
+            }
+        }
+    }
+    (lanes.q, lanes.q_rest) = (q, rest);
+}
+
+/// Velocity and position changes of every interval in inertial axes.
+#[inline(always)]
+fn turn(room: &mut Room, count: usize) {
+    let Room {
+        parts,
+        attitude,
+        gained,
+        moved,
+        ..
+    } = room;
+    for k in 0..count.min(CHUNK) {
+        let (q0, q1, q2, q3) = (
+            attitude[0][k],
+            attitude[1][k],
+            attitude[2][k],
+            attitude[3][k],
+        );
         let (t1, t2, t3) = (q1 + q1, q2 + q2, q3 + q3);
         let (xx, yy, zz) = (q1 * t1, q2 * t2, q3 * t3);
         let (xy, xz, yz) = (q1 * t2, q1 * t3, q2 * t3);
@@ -487,26 +469,99 @@ fn turn<const L: usize>(
             moved[i][k] = c[i][0] * dp[0] + c[i][1] * dp[1] + c[i][2] * dp[2];
         }
     }
-    // q ← q ⊗ (cos ½φ, sin ½φ) as an increment, with the rounding carried along.
-    for l in 0..L {
-        let k = at + l;
-        let (q0, q1, q2, q3) = (q[0][l], q[1][l], q[2][l], q[3][l]);
-        let (u1, u2, u3) = (parts.turn[0][k], parts.turn[1][k], parts.turn[2][k]);
-        let unit = parts.unit[k] + 0.5 * (1.0 - (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3));
-        let change = [
-            q0 * unit - q1 * u1 - q2 * u2 - q3 * u3,
-            q0 * u1 + q1 * unit + q2 * u3 - q3 * u2,
-            q0 * u2 - q1 * u3 + q2 * unit + q3 * u1,
-            q0 * u3 + q1 * u2 - q2 * u1 + q3 * unit,
-        ];
-        let old = [q0, q1, q2, q3];
-        for i in 0..4 {
-            let wanted = change[i] - q_rest[i][l];
-            let new = old[i] + wanted;
-            q_rest[i][l] = (new - old[i]) - wanted;
-            q[i][l] = new;
+}
+
+/// Where the lanes will be, with gravitation carried on along its gradient.
+#[inline(always)]
+fn predict<const L: usize>(lanes: &Lanes<L>, room: &mut Room, count: usize, width: usize, h: f64) {
+    let (mut r, mut v, mut g) = (lanes.r, lanes.v, lanes.gravitation);
+    let Room {
+        gained,
+        moved,
+        place,
+        ..
+    } = room;
+    let mut step = [[0.0; L]; 3];
+    for l in 0..width.min(L) {
+        // ġ of a point mass: −(g/r)(v − 3 r (r·v)/r²).
+        let inverse = 1.0 / (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
+        let pull = (g[0][l] * r[0][l] + g[1][l] * r[1][l] + g[2][l] * r[2][l]) * inverse;
+        let along = 3.0 * (r[0][l] * v[0][l] + r[1][l] * v[1][l] + r[2][l] * v[2][l]) * inverse;
+        for i in 0..3 {
+            step[i][l] = h * pull * (v[i][l] - along * r[i][l]);
         }
     }
+    let (half, sixth) = (0.5 * h, h * h * (1.0 / 6.0));
+    for at in (0..count.min(CHUNK + 1 - L)).step_by(L) {
+        for l in 0..width.min(L) {
+            for i in 0..3 {
+                r[i][l] += h * (v[i][l] + half * g[i][l]) + (sixth * step[i][l] + moved[i][at + l]);
+                v[i][l] += gained[i][at + l] + (h * g[i][l] + half * step[i][l]);
+                g[i][l] += step[i][l];
+                place[i][at + l] = r[i][l];
+            }
+        }
+    }
+}
+
+/// Position and velocity over every interval, gravitation running straight from its start to its end, and the hold of the
+/// vertical channel after it.
+#[inline(always)]
+fn move_on<const L: usize, const HELD: bool>(
+    lanes: &mut Lanes<L>,
+    rate: f64,
+    room: &Room,
+    holds: &[Hold],
+    width: usize,
+) {
+    let Room {
+        gained,
+        moved,
+        place,
+        pull,
+        normal,
+        height,
+        ..
+    } = room;
+    let (mut r, mut v, mut g, mut baro) = (lanes.r, lanes.v, lanes.gravitation, lanes.baro);
+    let count = (holds.len().min(STEPS) * L).min(CHUNK);
+    for at in (0..count.min(CHUNK + 1 - L)).step_by(L) {
+        let Some(hold) = holds.get(at / L).copied() else {
+            break;
+        };
+        let h = hold.dt_s;
+        let (half, third, sixth) = (0.5 * h, h * h * (1.0 / 3.0), h * h * (1.0 / 6.0));
+        for l in 0..width.min(L) {
+            let k = at + l;
+            for i in 0..3 {
+                let (begin, end) = (g[i][l], pull[i][k]);
+                r[i][l] += h * v[i][l] + (third * begin + (sixth * end + moved[i][k]));
+                v[i][l] += gained[i][k] + half * (begin + end);
+                g[i][l] = end;
+            }
+            if HELD {
+                // The vertical channel: e = h̃ − h, climb = n·(v − Ω×r).
+                let n = [normal[0][k], normal[1][k], normal[2][k]];
+                let error = (height[k] - hold.height_m)
+                    + (n[0] * (r[0][l] - place[0][k])
+                        + n[1] * (r[1][l] - place[1][k])
+                        + n[2] * (r[2][l] - place[2][k]));
+                let climb = n[0] * (v[0][l] + rate * r[1][l])
+                    + n[1] * (v[1][l] - rate * r[0][l])
+                    + n[2] * v[2][l];
+                let dh = hold.height_gain * error;
+                let dc = hold.climb_gain * (climb - hold.climb_m_s)
+                    + hold.velocity_per_height * error
+                    + hold.dt_s * baro[0][l];
+                baro[0][l] += hold.integral_per_height * error;
+                for i in 0..3 {
+                    r[i][l] -= dh * n[i];
+                    v[i][l] -= dc * n[i];
+                }
+            }
+        }
+    }
+    (lanes.r, lanes.v, lanes.gravitation, lanes.baro) = (r, v, g, baro);
 }
 
 /// One interval with any weights; `window` is oldest first, `place` the interval's sample in it.

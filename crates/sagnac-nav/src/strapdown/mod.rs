@@ -189,6 +189,26 @@ impl<const L: usize> Strapdown<L> {
             .extend(truth[..count].iter().map(|t| [dt_s, t[0], t[1]]));
     }
 
+    /// The same from one row by channel for each of the `L` lanes, `rows[lane][channel][sample]`, as many samples as `truth`
+    /// and a row hold.
+    pub(crate) fn feed_rows<const N: usize>(
+        &mut self,
+        dt_s: f64,
+        rows: &[[[f64; N]; 6]],
+        truth: &[[f64; 2]],
+    ) {
+        let Ok(rows) = <&[[[f64; N]; 6]; L]>::try_from(rows) else {
+            return;
+        };
+        let count = truth.len().min(N);
+        self.forget();
+        self.queue.extend((0..count).map(|k| {
+            std::array::from_fn::<[f64; L], 6, _>(|c| std::array::from_fn(|l| rows[l][c][k]))
+        }));
+        self.steps
+            .extend(truth[..count].iter().map(|t| [dt_s, t[0], t[1]]));
+    }
+
     /// Drops the samples that are no longer in any window, when they are most of the queue.
     fn forget(&mut self) {
         let used = (self.done.saturating_sub(4).saturating_sub(self.base)) as usize;
