@@ -20,6 +20,8 @@ pub(super) struct Bin {
     pub(super) branch: usize,
     pub(super) sign: f64,
     pub(super) temperature_c: f64,
+    /// Mean time since the start of the log \[s\].
+    pub(super) elapsed_s: f64,
     /// Of each axis that the logs have.
     pub(super) outputs: Vec<f64>,
     pub(super) count: f64,
@@ -156,6 +158,7 @@ pub(super) fn bins(
 
 struct Sums {
     temperature: f64,
+    elapsed_s: f64,
     outputs: Vec<f64>,
     count: f64,
 }
@@ -164,6 +167,7 @@ impl Sums {
     fn new(channels: usize) -> Self {
         Self {
             temperature: 0.0,
+            elapsed_s: 0.0,
             outputs: vec![0.0; channels],
             count: 0.0,
         }
@@ -172,6 +176,7 @@ impl Sums {
     fn add(&mut self, sweep: &Sweep, channels: &[&[f64]], k: usize) {
         if channels.iter().all(|c| c[k].is_finite()) {
             self.temperature += sweep.temperature_c[k];
+            self.elapsed_s += sweep.time_s(k) - sweep.start_s(0);
             for (sum, c) in self.outputs.iter_mut().zip(channels) {
                 *sum += c[k];
             }
@@ -185,6 +190,7 @@ impl Sums {
             branch,
             sign,
             temperature_c: self.temperature / self.count,
+            elapsed_s: self.elapsed_s / self.count,
             outputs: self.outputs.iter().map(|v| v / self.count).collect(),
             count: self.count,
         })

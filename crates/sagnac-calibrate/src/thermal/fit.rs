@@ -116,6 +116,9 @@ pub(super) struct Point {
     pub(super) force: f64,
     pub(super) value: f64,
     pub(super) weight: f64,
+    pub(super) log: usize,
+    /// Mean time since the start of the log \[s\].
+    pub(super) elapsed_s: f64,
     pub(super) branch: usize,
     /// Rank in temperature modulo 10.
     pub(super) fold: usize,

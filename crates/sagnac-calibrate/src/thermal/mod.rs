@@ -19,6 +19,7 @@
 mod branches;
 mod error;
 mod fit;
+mod walk;
 mod write;
 
 pub use error::Error;
@@ -356,6 +357,8 @@ fn axes(sweeps: &[Sweep], options: &Options, bins: &[Bin]) -> Vec<Axis> {
                     force: force(bin.log),
                     value: bin.outputs[place + k] - force(bin.log),
                     weight: bin.count,
+                    log: bin.log,
+                    elapsed_s: bin.elapsed_s,
                     branch: bin.log * 10_000 + bin.branch,
                     fold: 0,
                 })

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use sagnac_core::Sensor;
 
 use super::branches::Branch;
-use super::fit::{self, Basis, Design, Solution};
+use super::fit::{self, Basis, Design, Point, Solution};
+use super::walk;
 use super::{
     Axis, Curve, Error, Hysteresis, Kind, Options, Outcome, Parameter, Sweep, TriadSpline, channel,
 };
@@ -80,6 +81,29 @@ impl Banded<'_> {
     }
 }
 
+/// Covariance of the coefficients: of white noise and a walk, and at least (1+ρ)/(1−ρ) times that of white noise alone
+/// where neighbouring bins scatter together.
+fn covariance(
+    design: &Design,
+    fit: &Solution,
+    points: &[Point],
+    correlation: f64,
+    dof: f64,
+) -> DMatrix<f64> {
+    let inflation = if correlation > CORRELATED {
+        (1.0 + correlation) / (1.0 - correlation)
+    } else {
+        1.0
+    };
+    let white = &fit.inverse * (fit.sum / dof * inflation);
+    let Some(scatter) = walk::scatter(design, points) else {
+        return white;
+    };
+    let walked = walk::covariance(design, fit, points, scatter);
+    let short = (0..white.nrows()).fold(1.0, |m: f64, i| m.max(white[(i, i)] / walked[(i, i)]));
+    walked * short
+}
+
 /// Writes curves and parameters of an axis.
 pub(super) fn axis(
     axis: &Axis,
@@ -94,16 +118,10 @@ pub(super) fn axis(
     let design = axis.design.as_ref().ok_or_else(singular)?;
     let fit = fit::solve(design, &axis.points, None).ok_or_else(singular)?;
     let correlation = fit::neighbours(design, &fit, &axis.points);
-    let freedom = (axis.points.len() - design.columns()).max(1) as f64;
-    let (mut variance, mut dof) = (fit.sum / freedom, freedom);
-    if correlation > CORRELATED {
-        let inflation = (1.0 + correlation) / (1.0 - correlation);
-        variance *= inflation;
-        dof = (freedom / inflation).max(2.0);
-    }
+    let dof = (axis.points.len() - design.columns()).max(1) as f64;
     out.dof = out.dof.min(dof);
     let banded = Banded {
-        covariance: &fit.inverse * variance,
+        covariance: covariance(design, &fit, &axis.points, correlation, dof),
         fit,
         design,
         quantile: student_975(dof),

@@ -290,7 +290,9 @@ pub(super) fn not_determined(found: &Outcome) -> String {
                 Status::Aliased => "looks like other terms here",
                 _ => "too weak an input",
             };
-            let name = if names.len() == 1 { &names[0] } else { name };
+            let name = group_name(name, names, |stem| {
+                found.parameters.iter().any(|p| self::stem(&p.name) == stem)
+            });
             format!("{name} ({reason})")
         })
         .collect();
@@ -307,16 +309,40 @@ pub(super) fn stem(name: &str) -> String {
         .to_owned()
 }
 
+/// What names of one stem are called together: of a term that other axes determine, with the axes that are missing.
+pub(super) fn group_name(
+    stem: &str,
+    names: &[String],
+    is_estimated: impl Fn(&str) -> bool,
+) -> String {
+    match names {
+        [one] => one.clone(),
+        _ if is_estimated(stem) => {
+            let axes: Vec<&str> = names.iter().filter_map(|n| n.rsplit('.').next()).collect();
+            format!("{stem}.{}", axes.join("/"))
+        }
+        _ => stem.to_owned(),
+    }
+}
+
 /// Names with their axes gathered.
 pub(super) fn short(names: &[String]) -> String {
-    let mut stems: Vec<String> = Vec::new();
+    short_beside(names, |_| false)
+}
+
+/// Names with their axes gathered; of terms that other axes determine, with the axes.
+pub(super) fn short_beside(names: &[String], is_estimated: impl Fn(&str) -> bool) -> String {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in names {
         let stem = stem(name);
-        let all = names.iter().filter(|n| self::stem(n) == stem).count();
-        let word = if all == 1 { name.clone() } else { stem };
-        if !stems.contains(&word) {
-            stems.push(word);
+        match groups.iter_mut().find(|g| g.0 == stem) {
+            Some(group) => group.1.push(name.clone()),
+            None => groups.push((stem, vec![name.clone()])),
         }
     }
-    stems.join(", ")
+    let words: Vec<String> = groups
+        .iter()
+        .map(|(stem, names)| group_name(stem, names, &is_estimated))
+        .collect();
+    words.join(", ")
 }

@@ -2,7 +2,7 @@
 
 use sagnac_report::text::{Cell, Document, Table};
 
-use super::super::text::{estimates, rows_of, short, title};
+use super::super::text::{estimates, rows_of, short_beside, stem, title};
 use super::super::units::shown;
 use super::MergeOutcome;
 
@@ -44,7 +44,11 @@ impl MergeOutcome {
         if !self.held.is_empty() {
             out.paragraph(format!(
                 "Not determined, held at zero: {}.",
-                short(&self.held)
+                short_beside(&self.held, |s| self
+                    .merged
+                    .names
+                    .iter()
+                    .any(|n| stem(n) == s))
             ));
         }
         if self.merged.turned {

@@ -5,7 +5,7 @@ use sagnac_core::Sensor;
 use sagnac_report::text::{Document, significant};
 
 use super::MultiPositionOutcome;
-use crate::calibrate::text::{estimates_table, in_g, stem, terms_in};
+use crate::calibrate::text::{estimates_table, group_name, in_g, stem, terms_in};
 
 /// A length of time in words.
 fn duration(s: f64) -> String {
@@ -165,11 +165,9 @@ impl MultiPositionOutcome {
                     Status::Aliased => "looks like other terms here",
                     _ => "these poses and turns say too little",
                 };
-                let name = if names.len() == 1 {
-                    names[0].clone()
-                } else {
-                    name.clone()
-                };
+                let name = group_name(name, names, |s| {
+                    self.found.parameters.iter().any(|p| stem(&p.name) == s)
+                });
                 format!("{name} ({reason})")
             })
             .collect();

@@ -5,7 +5,7 @@ use sagnac_core::Sensor;
 use sagnac_report::text::{Cell, Document, Estimate, Table, significant};
 
 use super::ThermalOutcome;
-use crate::calibrate::text::title;
+use crate::calibrate::text::{short_beside, stem, title};
 
 /// Unit in which a curve is shown, and how many of it make the SI unit.
 pub(super) fn shown(curve: &Curve) -> (&'static str, f64) {
@@ -107,14 +107,9 @@ impl ThermalOutcome {
 
     /// Names held at zero, axes gathered.
     pub(super) fn held(&self) -> String {
-        let mut out: Vec<String> = Vec::new();
-        for name in &self.found.held {
-            let stem = crate::calibrate::text::stem(name);
-            if !out.contains(&stem) {
-                out.push(stem);
-            }
-        }
-        out.join(", ")
+        short_beside(&self.found.held, |s| {
+            self.found.parameters.iter().any(|p| stem(&p.name) == s)
+        })
     }
 
     fn table(&self, sensor: Sensor, kind: Kind, out: &mut Document) {
