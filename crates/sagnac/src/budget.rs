@@ -151,6 +151,8 @@ pub struct BudgetOutcome {
     pub scale_all: Option<f64>,
     /// With a model: its CEP and R95, m.
     pub own: Option<(String, f64, f64)>,
+    /// With a model: what it lacks of white noise and bias terms of gyro and accelerometer, `"gyro.noise"` …
+    pub missing: Vec<&'static str>,
     /// Sensors that were asked.
     pub asked: usize,
     /// Sensors that lack a number the question needs.
@@ -299,7 +301,7 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
             candidate.confirmed = Some((curve.value[59], curve.interval[59]));
         }
     }
-    let (needed, scale_all, own) = match request.model {
+    let (needed, scale_all, own, missing) = match request.model {
         None => {
             let dt = 1.0 / request.rate_hz.unwrap_or(100.0);
             let temperature = request
@@ -311,7 +313,7 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
                 setting(dt.min(request.after_s)),
                 &*temperature,
             )?;
-            (needed_alone(&scene, request), None, None)
+            (needed_alone(&scene, request), None, None, Vec::new())
         }
         Some(model) => {
             let dt = dt_of(model);
@@ -350,6 +352,7 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
                     end.radius_m(0.5),
                     end.radius_m(0.95),
                 )),
+                sensor.missing(),
             )
         }
     };
@@ -359,6 +362,7 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
         needed,
         scale_all,
         own,
+        missing,
         asked: asked_count,
         skipped,
         figure: request.figure,

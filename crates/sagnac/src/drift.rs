@@ -156,6 +156,11 @@ pub fn drift_with_progress(
     request: &DriftRequest<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<DriftOutcome, Error> {
+    if request.runs == 0 {
+        return Err(
+            Error::usage("0 runs tell nothing").advise("use --runs 200, or --method covariance")
+        );
+    }
     let setting = request.setting();
     let sensor = sensor_errors(request.model)?;
     let temperature = request.temperature();
@@ -268,16 +273,7 @@ impl DriftOutcome {
     /// Warnings for standard error.
     pub fn warnings(&self) -> Vec<String> {
         let mut out = Vec::new();
-        if !self.missing.is_empty() {
-            out.push(format!(
-                "the model lacks {}: a term that is absent counts as zero, which no sensor has",
-                self.missing
-                    .iter()
-                    .map(|m| describe_missing(m))
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            ));
-        }
+        out.extend(warning_of_missing(&self.missing));
         if !self.is_valid() {
             out.push("the errors leave the linear range (attitude beyond 0.1 rad or position beyond 100 km): the covariance is an order of magnitude only".to_owned());
         }
@@ -371,6 +367,17 @@ impl DriftOutcome {
             "warnings": self.warnings(),
         })
     }
+}
+
+/// What a model lacks that a drift needs, as a warning.
+pub(crate) fn warning_of_missing(missing: &[&str]) -> Option<String> {
+    let words: Vec<&str> = missing.iter().map(|key| describe_missing(key)).collect();
+    (!words.is_empty()).then(|| {
+        format!(
+            "the model lacks {}: a term that is absent counts as zero, which no sensor has",
+            words.join(", ")
+        )
+    })
 }
 
 fn describe_missing(key: &str) -> &'static str {

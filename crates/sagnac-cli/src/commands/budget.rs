@@ -109,5 +109,8 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         after_s,
         args.confirm,
     )?;
+    for warning in outcome.warnings() {
+        context.warn(&warning);
+    }
     context.show(|| outcome.document(), || outcome.to_json())
 }

@@ -36,8 +36,16 @@ impl BudgetOutcome {
             "needed": self.needed.iter().map(|n| json!({ "parameter": n.parameter, "value": n.value, "unit": n.unit })).collect::<Vec<_>>(),
             "scale_all": self.scale_all,
             "own": self.own.as_ref().map(|(name, cep, r95)| json!({ "sensor": name, "cep_m": cep, "r95_m": r95 })),
+            "missing": self.missing,
             "skipped": self.skipped,
         })
+    }
+
+    /// Warnings for standard error.
+    pub fn warnings(&self) -> Vec<String> {
+        crate::drift::warning_of_missing(&self.missing)
+            .into_iter()
+            .collect()
     }
 
     fn kilometres(&self, value_m: f64) -> String {
@@ -62,7 +70,12 @@ impl BudgetOutcome {
                 *r95
             };
             let scale = self.scale_all.unwrap_or(f64::INFINITY);
-            if own <= self.limit_m {
+            if own == 0.0 {
+                doc.paragraph(format!(
+                    "{name} has no error that moves the position after {time} in `{}`: the model states none.",
+                    self.trajectory
+                ));
+            } else if own <= self.limit_m {
                 doc.paragraph(format!("{name} keeps a {figure} of {limit} after {time} in `{}`: {}. All its errors could be {} times as large.", self.trajectory, self.kilometres(own), significant(scale, 2)));
             } else {
                 doc.paragraph(format!("{name} does not keep a {figure} of {limit} after {time} in `{}`: {}. All its errors would have to be {} times smaller.", self.trajectory, self.kilometres(own), significant(1.0 / scale, 2)));
