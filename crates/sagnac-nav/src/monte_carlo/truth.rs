@@ -46,11 +46,12 @@ pub(super) fn segment(
     temperature: &(dyn Fn(f64) -> f64 + Sync),
 ) -> Channels {
     let mut samples = vec![TruthSample::default(); count];
+    let stream = trajectory.samples(dt);
     samples
         .par_chunks_mut(4096)
         .enumerate()
         .for_each(|(i, chunk)| {
-            let mut stream = trajectory.samples(dt);
+            let mut stream = stream.clone();
             stream.seek(from + 4096 * i as u64);
             stream.fill(chunk);
         });

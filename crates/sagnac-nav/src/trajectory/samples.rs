@@ -1,6 +1,7 @@
 //! Interval means of specific force and rate by three-point Gauss quadrature, ∫ = (5f₁ + 8f₂ + 5f₃)/18
-//! (navigation.md §1.4).
+//! (navigation.md §1.4); of built-in trajectories, where they are smooth, from a series over many intervals (`panel.rs`).
 
+use super::panel::Panels;
 use super::{Motion, Trajectory};
 use crate::attitude::{Vec3, axpy, dot, scale, sub};
 
@@ -32,8 +33,10 @@ pub struct Samples<'a> {
     trajectory: &'a Trajectory,
     dt_s: f64,
     index: u64,
-    last_rate: Vec3,
+    /// Rate at the end of the sample of this number.
+    last_rate: (u64, Vec3),
     constant: Option<TruthSample>,
+    panels: Option<Panels>,
 }
 
 impl<'a> Samples<'a> {
@@ -52,8 +55,19 @@ impl<'a> Samples<'a> {
             trajectory,
             dt_s,
             index: 0,
-            last_rate,
+            last_rate: (0, last_rate),
             constant,
+            panels: (trajectory.is_builtin() && !trajectory.is_rest())
+                .then(|| Panels::new(trajectory, dt_s)),
+        }
+    }
+
+    /// Every interval by quadrature.
+    #[cfg(test)]
+    pub(super) fn by_quadrature(self) -> Self {
+        Self {
+            panels: None,
+            ..self
         }
     }
 
@@ -65,12 +79,6 @@ impl<'a> Samples<'a> {
     /// Goes on after sample `index` (0: from the start). The samples that follow are the same bits as without the jump.
     pub fn seek(&mut self, index: u64) {
         self.index = index;
-        if self.constant.is_none() {
-            self.last_rate = self
-                .trajectory
-                .at(index as f64 * self.dt_s)
-                .rate_b(self.trajectory.earth);
-        }
     }
 
     /// Position, velocity and attitude at the end of the sample given last.
@@ -86,6 +94,19 @@ impl<'a> Samples<'a> {
         if let Some(mut sample) = self.constant {
             sample.time_s = to;
             return sample;
+        }
+        if let Some(panels) = &mut self.panels
+            && let Some(sample) = panels.sample(self.trajectory, self.dt_s, self.index - 1)
+        {
+            return sample;
+        }
+        self.quadrature(from, to)
+    }
+
+    /// The sample that ends the interval (from, to], number `self.index`, by quadrature.
+    fn quadrature(&mut self, from: f64, to: f64) -> TruthSample {
+        if self.last_rate.0 + 1 != self.index {
+            self.last_rate.1 = self.trajectory.at(from).rate_b(self.trajectory.earth);
         }
         let breaks = self.trajectory.breaks(from, to);
         let (mut force, mut rate) = ([0.0; 3], [0.0; 3]);
@@ -111,8 +132,8 @@ impl<'a> Samples<'a> {
         }
         let end_point = self.trajectory.at(to);
         let end_rate = end_point.rate_b(self.trajectory.earth);
-        let rate_dot = scale(1.0 / self.dt_s, sub(end_rate, self.last_rate));
-        self.last_rate = end_rate;
+        let rate_dot = scale(1.0 / self.dt_s, sub(end_rate, self.last_rate.1));
+        self.last_rate = (self.index, end_rate);
         let k = 1.0 / (to - from);
         TruthSample {
             time_s: to,
