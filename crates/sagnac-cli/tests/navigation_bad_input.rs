@@ -344,3 +344,27 @@ fn a_requirement_that_nothing_meets_shows_the_nearest_three() {
         "{text}"
     );
 }
+
+#[test]
+fn a_path_with_positions_and_quaternions_of_other_names_is_read() {
+    let folder = folder();
+    let rows: String = (0..9)
+        .map(|k| format!("{k},0,{},0,1,0,0,0\n", 10 * k))
+        .collect();
+    fs::write(
+        folder.path().join("camera.csv"),
+        format!("t,px,py,pz,qw,qx,qy,qz\n{rows}"),
+    )
+    .unwrap();
+    let columns = "time=t:s, position_x=px:m, position_y=py:m, position_z=pz:m, quaternion_w=qw, \
+                   quaternion_x=qx, quaternion_y=qy, quaternion_z=qz";
+    let args = [
+        "drift",
+        "catalog:HG9900",
+        "--trajectory",
+        "camera.csv",
+        "--reference-columns",
+    ];
+    let output = sagnac(folder.path(), &[&args[..], &[columns]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}

@@ -2,7 +2,7 @@
 //!
 //! value_SI = value·factor + offset; increments are divided by dt, accumulated angles are differenced before.
 
-use sagnac_model::units::Unit;
+use sagnac_model::units::{Dimension, Unit};
 
 use super::axes::AxisMap;
 use super::columns::{
@@ -306,7 +306,7 @@ fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Error> {
         }
         let unit = match unit {
             ColumnUnit::Missing if group.role == Role::Quaternion => {
-                ColumnUnit::Unit(Unit::parse("1").map_err(|e| Error::usage(e.to_string()))?)
+                ColumnUnit::Unit(Unit::si(Dimension::RATIO))
             }
             unit => unit,
         };

@@ -212,20 +212,13 @@ fn draw_region(plot: &mut Plot, region: &Region) {
     ));
 }
 
-/// Name and uses of a region: inside it, else beside it, and not inside another one.
-fn name_region(plot: &mut Plot, region: &Region, others: &[Rect]) {
-    let r = rect_of(plot, region);
-    let size = plot.font();
-    let small = 10.8;
-    let w = text_width(&region.name, size, true).max(text_width(&region.uses, small, false));
-    let h = if region.uses.is_empty() { 15.0 } else { 29.0 };
-    let edge = plot.frame.width - 4.0;
-    let inside = w + 10.0 <= r.w;
+/// Places for a label of a region, best first: inside it, else beside it.
+fn places(r: Rect, w: f64, h: f64, edge: f64) -> Vec<Rect> {
     let tops_inside = [r.y + 4.0, r.y + r.h - h - 4.0, r.y + 0.5 * (r.h - h)];
     let tops_outside = [r.y + r.h + 4.0, r.y - h - 3.0];
     let mut tries: Vec<Rect> = Vec::new();
     let mut offer = |left: f64, top: f64| tries.push(Rect::new(left.min(edge - w), top, w, h));
-    if inside {
+    if w + 10.0 <= r.w {
         for top in tops_inside {
             offer(r.x + 6.0, top);
             offer(r.x + r.w - 6.0 - w, top);
@@ -242,13 +235,36 @@ fn name_region(plot: &mut Plot, region: &Region, others: &[Rect]) {
         offer(r.x + 6.0, top);
         offer(r.x + r.w - w - 6.0, top);
     }
-    let clear = |rect: &&Rect| !others.iter().any(|o| *o != r && o.touches(**rect));
-    let apart: Vec<Rect> = tries.iter().filter(clear).copied().collect();
-    let place = plot
-        .placer
-        .first_free(apart.into_iter())
-        .or_else(|| plot.placer.first_free(tries.into_iter()));
-    let Some(at) = place else {
+    tries
+}
+
+/// Name and uses of a region, not inside another one; in the thick the name alone.
+fn name_region(plot: &mut Plot, region: &Region, others: &[Rect]) {
+    let r = rect_of(plot, region);
+    let size = plot.font();
+    let small = 10.8;
+    let edge = plot.frame.width - 4.0;
+    let name = text_width(&region.name, size, true);
+    let both = name.max(text_width(&region.uses, small, false));
+    let mut sizes = vec![(name, 15.0)];
+    if !region.uses.is_empty() {
+        sizes.insert(0, (both, 29.0));
+    }
+    let clear = |rect: &Rect| !others.iter().any(|o| *o != r && o.touches(*rect));
+    let mut place = None;
+    for (w, h) in sizes {
+        let tries = places(r, w, h, edge);
+        let apart: Vec<Rect> = tries.iter().copied().filter(clear).collect();
+        place = plot
+            .placer
+            .first_free(apart.into_iter())
+            .or_else(|| plot.placer.first_free(tries.into_iter()))
+            .map(|at| (at, h));
+        if place.is_some() {
+            break;
+        }
+    }
+    let Some((at, h)) = place else {
         return;
     };
     plot.raw(&halo_text(
@@ -260,7 +276,7 @@ fn name_region(plot: &mut Plot, region: &Region, others: &[Rect]) {
             ..TextStyle::default()
         },
     ));
-    if !region.uses.is_empty() {
+    if h > 15.0 {
         plot.raw(&halo_text(
             (at.x, at.y + size + 14.0),
             "start",

@@ -14,7 +14,7 @@ use sagnac_nav::strapdown::Vertical;
 
 /// A unit for lengths of this size: (name, metres).
 pub(crate) fn length_unit(largest_m: f64) -> (&'static str, f64) {
-    if largest_m >= 20_000.0 {
+    if largest_m >= 10_000.0 {
         ("km", 1000.0)
     } else {
         ("m", 1.0)

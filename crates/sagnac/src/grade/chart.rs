@@ -411,6 +411,19 @@ pub fn grade_page(
         _ => "Where do these sensors belong?".to_owned(),
     };
     let counts: Vec<usize> = charts.iter().map(|c| c.points.len()).collect();
+    let absent = charts.iter().filter_map(|chart| {
+        let drawn = |p: &&ScatterPoint| p.marker == Marker::Diamond;
+        (chart.points.iter().filter(drawn).count() < outcomes.len()).then(|| {
+            let who = match outcomes {
+                [one] => format!("{} is not", one.sensor),
+                _ => "not every sensor is".to_owned(),
+            };
+            Rich::new().plain(format!(
+                "{who} on the chart \"{}\": a place there needs a bias and a scale_factor.stability",
+                chart.caption
+            ))
+        })
+    });
     ChartPage {
         opening: Opening {
             name,
@@ -425,6 +438,7 @@ pub fn grade_page(
                 .iter()
                 .flat_map(|o| o.reasons.iter())
                 .map(|r| Rich::new().plain(r.clone()))
+                .chain(absent)
                 .collect(),
             ..Opening::default()
         },
