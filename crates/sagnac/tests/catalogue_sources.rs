@@ -104,8 +104,11 @@ fn in_si(unit: &str) -> Option<f64> {
     })
 }
 
-/// The larger end of `1-3`, `1500/1250`, `10..20`.
+/// The larger end of `1-3`, `1500/1250`, `10..20`; one number is itself, `6.1e-5` too.
 fn larger(printed: &str) -> Option<f64> {
+    if let Ok(one) = printed.trim().parse() {
+        return Some(one);
+    }
     printed
         .replace("..", "/")
         .split(['/', '-'])
