@@ -42,7 +42,8 @@ impl Log {
         }
         log.layout = reader.layout().clone();
         if log.rows == 0 {
-            return Err(Error::data("the log has no samples"));
+            return Err(Error::data("the log has no samples")
+                .advise("look at what recorded it, or at --start and --end"));
         }
         log.divide_increments()?;
         Ok(log)

@@ -105,7 +105,9 @@ impl AllanOutcome {
 pub fn allan(reader: &mut dyn LogReader, request: &AllanRequest) -> Result<AllanOutcome, Error> {
     let axes = axes_of(reader.layout());
     if axes.is_empty() {
-        return Err(Error::data("the log has no channel with numbers"));
+        return Err(Error::data("the log has no channel with numbers")
+            .at(request.label.clone())
+            .advise("name them, for instance --columns 'gyro=1,2,3:deg/s, accel=4,5,6:g'"));
     }
     let limit = match request.estimate {
         Some(Estimate::Exact) => u64::MAX,

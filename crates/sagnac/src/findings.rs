@@ -1,7 +1,7 @@
 //! Findings about a log's quality as JSON and as lines of text.
 
 use sagnac_log::Issue;
-use sagnac_report::text::Finding;
+use sagnac_report::text::{Finding, clock, duration};
 use serde_json::{Value, json};
 
 /// `{"kind", "channel", "start_s", "end_s", "count", "text"}`.
@@ -25,14 +25,85 @@ pub fn number(value: f64) -> Value {
     }
 }
 
-/// Who a finding about several channels is told of: the triad that moved, or the log.
-fn sensor(issue: &Issue) -> &'static str {
-    let has = |word: &str| issue.text.contains(word);
-    match (issue.kind, has("gyro_"), has("accel_")) {
-        (sagnac_log::IssueKind::Motion, true, false) => "gyro",
-        (sagnac_log::IssueKind::Motion, false, true) => "accel",
+/// Who a finding about several channels is told of: the triad that it names, or the log.
+pub(crate) fn sensor(issue: &Issue) -> &'static str {
+    let has = |words: [&str; 2]| words.iter().any(|word| issue.text.contains(word));
+    match (has(["gyro_", "|w|"]), has(["accel_", "|f|"])) {
+        (true, false) => "gyro",
+        (false, true) => "accel",
         _ => "log",
     }
+}
+
+/// Lines of one kind and channel that are told one by one; more are told together.
+const MOST_LINES: usize = 4;
+
+/// Many findings of one kind and channel as one: how many, how long in all, and what the longest says.
+pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
+    let mut groups: Vec<Vec<Finding>> = Vec::new();
+    for finding in findings {
+        let same = |g: &&mut Vec<Finding>| {
+            g[0].kind == finding.kind && g[0].channel == finding.channel && g[0].span_s.is_some()
+        };
+        match groups.iter_mut().find(same) {
+            Some(group) if finding.span_s.is_some() => group.push(finding),
+            _ => groups.push(vec![finding]),
+        }
+    }
+    let length = |f: &Finding| f.span_s.map_or(0.0, |(a, b)| b - a);
+    let mut out = Vec::new();
+    for group in groups {
+        let longest = group.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+        let (Some(longest), true) = (longest, group.len() > MOST_LINES) else {
+            out.extend(group);
+            continue;
+        };
+        // The last one that is listed says how many are not.
+        let more: usize = group
+            .iter()
+            .filter_map(|f| {
+                f.text
+                    .rsplit_once("; and ")?
+                    .1
+                    .strip_suffix(" more of this kind")
+            })
+            .filter_map(|n| n.parse::<usize>().ok())
+            .sum();
+        let (start, end) = group
+            .iter()
+            .filter_map(|f| f.span_s)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
+                (a.min(s.0), b.max(s.1))
+            });
+        let at = clock(longest.span_s.map_or(0.0, |s| s.0));
+        let total: f64 = group.iter().map(length).sum();
+        let total = if total >= 1.0 {
+            format!(", {} in all", duration(total.round()))
+        } else {
+            String::new()
+        };
+        let text =
+            longest
+                .text
+                .rsplit_once("; and ")
+                .map_or(longest.text.as_str(), |(head, tail)| {
+                    if tail.ends_with("more of this kind") {
+                        head
+                    } else {
+                        &longest.text
+                    }
+                });
+        out.push(Finding {
+            kind: longest.kind.clone(),
+            channel: longest.channel.clone(),
+            span_s: Some((start, end)),
+            text: format!(
+                "{} times{total}; the longest at {at}: {text}",
+                group.len() + more
+            ),
+        });
+    }
+    out
 }
 
 /// The line of a finding; times count from the log's first sample, at `first_s` on its clock.
@@ -47,5 +118,32 @@ pub fn finding(issue: &Issue, first_s: f64, duration_s: f64) -> Finding {
             .unwrap_or_else(|| sensor(issue).to_owned()),
         span_s: (!is_whole).then_some((start, end)),
         text: issue.text.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_findings_of_a_kind_are_one_line() {
+        let motion = |k: u32, long: f64| Finding {
+            kind: "motion".to_owned(),
+            channel: "gyro".to_owned(),
+            span_s: Some((10.0 * f64::from(k), 10.0 * f64::from(k) + long)),
+            text: format!("moved {k}"),
+        };
+        let mut many: Vec<Finding> = (0..7)
+            .map(|k| motion(k, if k == 3 { 5.0 } else { 2.0 }))
+            .collect();
+        many[6].text += "; and 30 more of this kind";
+        let lines = gathered(many);
+        assert_eq!(lines.len(), 1);
+        assert_eq!(
+            lines[0].text,
+            "37 times, 17 s in all; the longest at 0:30: moved 3"
+        );
+        assert_eq!(lines[0].span_s, Some((0.0, 62.0)));
+        assert_eq!(gathered(vec![motion(0, 1.0), motion(1, 1.0)]).len(), 2);
     }
 }

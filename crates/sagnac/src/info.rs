@@ -14,8 +14,8 @@
 mod quick;
 mod text;
 
-use sagnac_log::health::{self, ChannelHealth, Health, HealthOptions};
-use sagnac_log::{Issue, Layout, Log, Quantity};
+use sagnac_log::health::{self, Health, HealthOptions};
+use sagnac_log::{Issue, IssueKind, Layout, Log};
 use sagnac_report::text::Document;
 use serde_json::{Value, json};
 
@@ -87,12 +87,14 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
         moving: false,
     };
     let mut health = health::check(log, &options)?;
-    let is_moving = is_carried(log, &health);
+    let is_moving = is_carried(&health);
     if is_moving {
         options.moving = true;
         health = health::check(log, &options)?;
     }
+    // What a fit has to tell is for `characterize`.
     let mut issues = health.issues.clone();
+    issues.retain(|i| i.kind != IssueKind::NonStationary);
     if !is_moving {
         issues.extend(quick::issues(log, &health));
     }
@@ -124,34 +126,22 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
     })
 }
 
-/// A sensor that is carried about moves far more between samples far apart than between neighbors.
-fn is_carried(log: &Log, health: &Health<'_>) -> bool {
-    let moves = |h: &ChannelHealth<'_>, least: f64| h.std > 20.0 * h.sigma_w && h.std > least;
-    log.layout
-        .channels
-        .iter()
-        .zip(&health.channels)
-        .any(|(c, h)| match c.quantity {
-            Quantity::AngularRate => moves(h, 0.05),
-            Quantity::SpecificForce => moves(h, 0.5),
-            _ => false,
-        })
-        || {
-            let quiet: usize = health
-                .channels
-                .iter()
-                .flat_map(|c| &c.quiet)
-                .map(|s| s.range.len())
-                .sum();
-            let all: usize = health
-                .channels
-                .iter()
-                .flat_map(|c| &c.segments)
-                .map(|s| s.range.len())
-                .sum();
-            2 * quiet < all
-        }
+/// A sensor that is carried about: motion leaves less than [`LEAST_REST`] of the log.
+fn is_carried(health: &Health<'_>) -> bool {
+    let (mut still, mut all) = (0, 0);
+    for channel in &health.channels {
+        still += channel.quiet.iter().map(|s| s.range.len()).sum::<usize>();
+        all += channel
+            .segments
+            .iter()
+            .map(|s| s.range.len())
+            .sum::<usize>();
+    }
+    (still as f64) < LEAST_REST * all as f64
 }
+
+/// Share of a log that has to lie still for findings about a log at rest.
+const LEAST_REST: f64 = 0.25;
 
 impl InfoOutcome {
     /// The JSON document.

@@ -1,7 +1,8 @@
 //! Several logs of one sensor: one likelihood with common noise terms, each log with its own regressors.
 //!
 //! Bias stability s is the scatter of the runs' means beyond their in-run variances v_i: Q(s²) = Σ (m_i − μ̂)²/(s² + v_i)
-//! is χ²_{n−1}; its interval inverts that, the value is the restricted likelihood's. Source: [Viechtbauer2007].
+//! is χ²_{n−1}; its interval inverts that, the value is the restricted likelihood's. Source: [Viechtbauer2007]. An upper
+//! limit is at least the median one of runs without such scatter, v̄·(χ²_{0.5}/χ²_{0.05} − 1), v̄ the harmonic mean of v_i.
 
 use super::estimate::{Prepared, prepare};
 use super::goodness::chi_squared_tail;
@@ -225,7 +226,11 @@ pub fn bias_stability(
     };
     let (low, high) = (law.inverse_cdf(0.025), law.inverse_cdf(0.975));
     if runs.scatter(0.0) <= law.inverse_cdf(0.95) {
-        let upper = runs.variance_where(law.inverse_cdf(0.05)).sqrt();
+        // Runs closer than their own noise allows would give any limit, even zero: it is not told below the one that half
+        // of the sets of such runs without run-to-run scatter give.
+        let own = means.len() as f64 / means.iter().map(|m| 1.0 / m.1.max(1e-300)).sum::<f64>();
+        let usual = own * (law.inverse_cdf(0.5) / law.inverse_cdf(0.05) - 1.0);
+        let upper = runs.variance_where(law.inverse_cdf(0.05)).max(usual).sqrt();
         return (Estimate::limit(upper), slope);
     }
     let lower = runs.variance_where(high).sqrt();
@@ -385,6 +390,13 @@ mod tests {
     fn scatter_that_in_run_noise_explains_is_a_limit() {
         let (e, _) = bias_stability(&[(0.9, 1.0), (1.1, 1.0), (0.2, 1.0), (2.0, 1.0)], None);
         assert!(!e.is_detected() && e.upper.unwrap() > 0.0);
+    }
+
+    #[test]
+    fn a_limit_is_never_below_what_such_runs_usually_give() {
+        let (e, _) = bias_stability(&[(1.0, 4.0), (1.0, 4.0), (1.0, 4.0)], None);
+        // Two degrees of freedom: 1.386/0.1026 − 1 = 12.51 times the variance.
+        assert!((e.upper.unwrap() / (4.0_f64 * 12.514).sqrt() - 1.0).abs() < 1e-3);
     }
 
     #[test]

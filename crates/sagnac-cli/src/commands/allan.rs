@@ -12,7 +12,7 @@ use crate::context::Context;
 use crate::inputs::{LogOptions, Meter};
 use crate::outputs::{Output, publish_all};
 use crate::progress::Progress;
-use crate::quantities::{optional, positive};
+use crate::quantities::positive;
 
 /// Allan deviation and its relatives of every axis, with intervals; or the spectrum
 #[derive(clap::Args)]
@@ -33,7 +33,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME", value_parser = estimate)]
     estimate: Option<Estimate>,
     /// Welch's one-sided power spectral density instead
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["deviation", "taus", "dynamic"])]
     spectrum: bool,
     /// Besides, on windows of this length every quarter of it
     #[arg(long, value_name = "WINDOW")]
@@ -107,7 +107,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         taus: taus(args.taus.as_deref())?,
         estimate: args.estimate,
         spectrum: args.spectrum,
-        dynamic_s: optional("--dynamic", args.dynamic.as_deref(), Dimension::TIME)?,
+        dynamic_s: args
+            .dynamic
+            .as_deref()
+            .map(|time| positive("--dynamic", time, Dimension::TIME))
+            .transpose()?,
         label: args.log.display().to_string(),
     };
     let mut outputs = Vec::new();

@@ -21,7 +21,7 @@ pub struct Health<'a> {
     pub dt_s: f64,
     /// Time of the first row on the log's own clock: subtract it from the issues' times to count from the start.
     pub first_s: f64,
-    /// Time from the first to the last row, plus dt.
+    /// Time from the first to the last row, plus dt; where time goes back, the sum over the stretches between.
     pub duration_s: f64,
     /// Findings, by kind in the order of the table, then by channel and time.
     pub issues: Vec<Issue>,
@@ -180,6 +180,10 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     }
     short_issue(log.rows, &clock, &mut issues);
     issues.retain(|i| i.count > 0);
+    // Where time goes back the last row need not be the latest.
+    for i in issues.iter_mut().filter(|i| i.end_s < i.start_s) {
+        (i.start_s, i.end_s) = (i.end_s, i.start_s);
+    }
     let issues = limit(merge(issues, dt));
     Ok(Health {
         dt_s: dt,

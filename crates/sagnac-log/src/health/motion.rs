@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::robust;
 use super::time::Clock;
 
+mod shaken;
 mod together;
 
 use crate::{Issue, IssueKind, Log, Quantity};
@@ -20,9 +21,6 @@ pub(crate) struct Motion {
     pub(crate) channels: Vec<String>,
     pub(crate) text: String,
 }
-
-/// A scatter off the usual one by so many robust deviations of its logarithm (and three times it) bursts.
-const BURST_SPREAD: f64 = 6.0;
 
 /// Averages and scatters of one channel.
 struct Averages {
@@ -51,7 +49,7 @@ fn averages(values: &[f64], size: usize, stuck: &[Range<usize>]) -> Averages {
 }
 
 /// The marks of one channel: how many σ_A an average is off, or `None`.
-fn marks(a: &Averages) -> Vec<Option<Mark>> {
+fn marks(a: &Averages) -> Vec<Option<f64>> {
     let n = a.mean.len();
     let mut steps: Vec<f64> = a
         .mean
@@ -68,24 +66,14 @@ fn marks(a: &Averages) -> Vec<Option<Mark>> {
     if sigma == 0.0 {
         sigma = rms / std::f64::consts::SQRT_2;
     }
-    let mut within: Vec<f64> = a
-        .scatter
-        .iter()
-        .copied()
-        .filter(|s| s.is_finite())
-        .collect();
-    let usual = crate::clock::median(&mut within).unwrap_or(f64::NAN);
-    // Smoothed samples leave few independent ones in an average: its scatter then varies by itself.
-    let mut spread: Vec<f64> = within
-        .iter()
-        .map(|s| (s / usual).ln())
-        .filter(|l| l.is_finite())
-        .collect();
-    let burst = usual * (BURST_SPREAD * robust(&mut spread)).exp().max(3.0);
     for k in 0..n {
         // An average between its neighbors is on its way, not off.
         let left = k.checked_sub(1).map(|j| a.mean[k] - a.mean[j]);
         let right = a.mean.get(k + 1).map(|m| a.mean[k] - m);
+        let (left, right) = (
+            left.filter(|d| d.is_finite()),
+            right.filter(|d| d.is_finite()),
+        );
         let off = match (left, right) {
             (Some(l), Some(r)) => {
                 if l.abs() > r.abs() {
@@ -98,33 +86,26 @@ fn marks(a: &Averages) -> Vec<Option<Mark>> {
             (None, None) => 0.0,
         };
         if off.abs() > 8.0 * sigma && sigma > 0.0 {
-            out[k] = Some(Mark {
-                off,
-                is_burst: false,
-            });
-        } else if a.scatter[k] > burst && usual > 0.0 {
-            out[k] = Some(Mark {
-                off: 0.0,
-                is_burst: true,
-            });
+            out[k] = Some(off);
         }
     }
     out
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Mark {
-    off: f64,
-    is_burst: bool,
-}
-
 /// Intervals in which the sensor moved, ascending and apart.
 pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>]) -> Vec<Motion> {
     let size = ((1.0 / clock.dt_s).round() as usize).max(50);
-    let mut found: Vec<Motion> = Vec::new();
-    together::intervals(log, size, stuck, &mut found);
+    // The clearest first: what they take leaves the judgement of the rest alone.
+    let mut known = stuck.to_vec();
+    let mut found = shaken::violent(log, size, &known);
+    take(&found, &mut known);
+    let bursts = shaken::bursts(log, size, &known);
+    take(&bursts, &mut known);
+    found.extend(bursts);
+    let shaken = found.len();
+    together::intervals(log, size, &known, &mut found);
     if log.rows / size >= 20 {
-        jumps_and_bursts(log, size, stuck, &mut found);
+        jumps(log, size, &known, shaken, &mut found);
     }
     found.sort_by_key(|m| m.rows.start);
     let mut out: Vec<Motion> = Vec::new();
@@ -144,10 +125,23 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     out
 }
 
-/// Adds jumps on two channels or more, and scatter that bursts, where nothing is known of a motion yet.
-fn jumps_and_bursts(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: &mut Vec<Motion>) {
+/// Adds rows to what is no rest on any channel.
+fn take(found: &[Motion], known: &mut [Vec<Range<usize>>]) {
+    for ranges in known {
+        ranges.extend(found.iter().map(|m| m.rows.clone()));
+    }
+}
+
+/// Adds jumps on two channels or more, or on one that come back, apart from the motions known but the first `shaken`.
+fn jumps(
+    log: &Log,
+    size: usize,
+    stuck: &[Vec<Range<usize>>],
+    shaken: usize,
+    found: &mut Vec<Motion>,
+) {
     let blocks = log.rows / size;
-    let mut all: Vec<(&str, Averages, Vec<Option<Mark>>)> = Vec::new();
+    let mut all: Vec<(&str, Averages, Vec<Option<f64>>)> = Vec::new();
     for ((channel, values), stuck) in log.channels().zip(stuck) {
         if matches!(
             channel.quantity,
@@ -176,7 +170,7 @@ fn jumps_and_bursts(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: 
         k = end;
         let rows = start * size..(end * size).min(log.rows);
         // The edges of a known motion are jumps as well.
-        if found
+        if found[shaken..]
             .iter()
             .any(|m| m.rows.start < rows.end + size && rows.start < m.rows.end + size)
         {
@@ -189,25 +183,21 @@ fn jumps_and_bursts(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: 
             .collect();
         let returns = names.len() == 1
             && all.iter().filter(|c| c.0 == names[0]).any(|(_, a, m)| {
-                let is_burst = m[start..end].iter().flatten().any(|m| m.is_burst);
                 let before = level(&a.mean, start.saturating_sub(4)..start);
                 let after = level(&a.mean, end..end + 4);
                 let height = m[start..end]
                     .iter()
                     .flatten()
-                    .map(|m| m.off.abs())
+                    .map(|off| off.abs())
                     .fold(0.0, f64::max);
-                match (before, after) {
-                    (Some(b), Some(c)) => is_burst || (b - c).abs() < 0.5 * height,
-                    _ => is_burst,
-                }
+                matches!((before, after), (Some(b), Some(c)) if (b - c).abs() < 0.5 * height)
             });
         if names.len() < 2 && !returns {
             continue;
         }
         let largest = all
             .iter()
-            .flat_map(|c| c.2[start..end].iter().flatten().map(move |m| (c.0, m.off)))
+            .flat_map(|c| c.2[start..end].iter().flatten().map(move |off| (c.0, *off)))
             .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let text = match largest {
             Some((name, off)) if off != 0.0 => {
@@ -218,7 +208,7 @@ fn jumps_and_bursts(log: &Log, size: usize, stuck: &[Vec<Range<usize>>], found: 
                 };
                 format!("levels move by up to {:.2e} {unit} ({name})", off.abs())
             }
-            _ => "the scatter bursts".to_owned(),
+            _ => "levels move".to_owned(),
         };
         found.push(Motion {
             rows,

@@ -171,7 +171,15 @@ impl<'a> Clock<'a> {
         if self.log.stamps.is_empty() || self.log.layout.rate_hz.is_some() {
             return self.log.rows as f64 * self.dt_s;
         }
-        self.seconds(last) + self.dt_s
+        // What lies between jumps back adds up, each stretch with its own last interval.
+        let mut start = 0;
+        let mut span_s = 0.0;
+        let back = |e: &&(usize, Event)| e.1 == Event::Backwards;
+        for row in self.events.iter().filter(back).map(|e| e.0) {
+            span_s += self.seconds(row - 1) - self.seconds(start) + self.dt_s;
+            start = row;
+        }
+        span_s + self.seconds(last) - self.seconds(start) + self.dt_s
     }
 }
 
@@ -257,8 +265,6 @@ pub(crate) fn issues(clock: &Clock<'_>) -> Vec<Issue> {
             Event::Backwards => {
                 let back = clock.seconds(row - 1) - clock.seconds(row);
                 let text = format!("time goes back by {back:.6} s; cut here");
-                let (a, b) = (clock.absolute(row), clock.absolute(row - 1));
-                let _ = (a, b);
                 push(IssueKind::Backwards, row, row, 1, text);
             }
         }

@@ -28,7 +28,9 @@ pub(super) fn strided(
     let mut block = Block::with_columns(reader.layout().channels.len());
     let mut more = reader.read_block(&mut block)?;
     if !more {
-        return Err(Error::data("the log has no samples"));
+        return Err(Error::data("the log has no samples")
+            .at(request.label.clone())
+            .advise("look at what recorded it, or at --start and --end"));
     }
     let mut clock = Clock::new(reader.layout().rate_hz, &block);
     let samples = reader

@@ -7,6 +7,7 @@ use sagnac_log::Quantity;
 use sagnac_report::text::{Align, Document, Table, Unit, general, group_thousands, significant};
 
 use super::{AllanAxis, AllanOutcome};
+use crate::findings::gathered;
 use crate::issues;
 
 /// Rows that a table shows at most where the grid was not chosen by the user.
@@ -68,11 +69,11 @@ impl AllanOutcome {
             document.warning(format!("{} has too few samples for numbers", axis.axis));
         }
         let duration_s = self.duration_s();
-        document.findings(
-            self.issues
-                .iter()
-                .map(|issue| issues::to_finding(issue, self.origin_s, duration_s)),
-        );
+        let lines = self
+            .issues
+            .iter()
+            .map(|issue| issues::to_finding(issue, self.origin_s, duration_s));
+        document.findings(gathered(lines.collect()));
         for note in &self.notes {
             document.note(note.clone());
         }

@@ -42,7 +42,8 @@ fn stem(name: &str) -> String {
 
 pub(super) fn model(outcome: &Outcome) -> Result<Model, Error> {
     let Some(first) = outcome.logs.first() else {
-        return Err(Error::data("nothing was characterized"));
+        return Err(Error::data("nothing was characterized")
+            .advise("give a log with at least 64 samples of a gyro or accelerometer axis"));
     };
     let mut model = Model::new(&stem(&first.name));
     model.set_sample_rate_hz(first.rate_hz)?;

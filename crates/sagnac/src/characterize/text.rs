@@ -1,6 +1,7 @@
 //! The outcome in a terminal: the answer first, a table a sensor, findings, what the log could not tell.
 
 use super::{AxisOutcome, LogOutcome, Outcome, SensorAxis, key_of};
+use crate::findings::{gathered, sensor};
 use sagnac_analysis::fit::{Estimate, RegressorKind, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_log::{Issue, IssueKind};
@@ -105,7 +106,7 @@ fn one(log: &LogOutcome, out: &mut Document) {
         out.blank();
         out.table(table(&axes, sensor));
     }
-    let findings = findings(log);
+    let findings = gathered(findings(log));
     if !findings.is_empty() {
         out.blank();
         out.findings(findings);
@@ -179,9 +180,15 @@ fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
         let pick = |time: bool| -> Vec<Estimate> {
             axes.iter()
                 .map(|a| {
-                    markov_of(a).nth(place).map_or(Estimate::ABSENT, |g| {
-                        if time { g.correlation_time_s } else { g.sigma }
-                    })
+                    // Where one axis has the term the limits of the others stand beside it.
+                    let limit = a.estimate.iter().flat_map(|e| &e.gauss_markov);
+                    let mut limit = limit.filter(|g| !g.sigma.is_detected() && place == 0);
+                    markov_of(a)
+                        .nth(place)
+                        .or_else(|| limit.next())
+                        .map_or(Estimate::ABSENT, |g| {
+                            if time { g.correlation_time_s } else { g.sigma }
+                        })
                 })
                 .collect()
         };
@@ -246,6 +253,8 @@ fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
                     |p| {
                         if p < 0.001 {
                             "< 0.001".to_owned()
+                        } else if p < 0.01 {
+                            format!("{p:.3}")
                         } else {
                             format!("{p:.2}")
                         }
@@ -325,7 +334,10 @@ fn pooled_table(axes: &[SensorAxis], sensor: Sensor, logs: usize, out: &mut Docu
     out.table(table);
 }
 
-/// One or two sentences: how well what is known, and whether the log was disturbed.
+/// An interval of white noise wider than this, in %, is no knowledge to speak of.
+const ROUGH: f64 = 20.0;
+
+/// A few sentences a sensor: how well what is known, and whether anything speaks against it.
 pub(super) fn verdict(log: &LogOutcome) -> String {
     let mut sentences = Vec::new();
     for sensor in Sensor::ALL {
@@ -345,50 +357,91 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
         }
         let mut known = Vec::new();
         let mut bounded = Vec::new();
+        let mut white = 0.0;
         for (term, name) in [
             (Term::White, "white noise"),
             (Term::Flicker, "bias instability"),
             (Term::RandomWalk, "random walk"),
         ] {
-            let widths: Vec<f64> = axes
+            let widths: Vec<(usize, f64)> = axes
                 .iter()
                 .filter_map(|a| {
                     let e = a.estimate.as_ref()?.term(term)?;
-                    Some(50.0 * (e.upper? - e.lower?) / e.value?)
+                    Some((a.index, 50.0 * (e.upper? - e.lower?) / e.value?))
                 })
                 .collect();
             if widths.is_empty() {
                 bounded.push(name);
-            } else {
-                let (low, high) = widths
-                    .iter()
-                    .fold((f64::INFINITY, 0.0_f64), |(l, h), &w| (l.min(w), h.max(w)));
-                known.push(format!("{name} to {}", range(low, high)));
+                continue;
             }
+            let (low, high) = widths
+                .iter()
+                .fold((f64::INFINITY, 0.0_f64), |(l, h), &(_, w)| {
+                    (l.min(w), h.max(w))
+                });
+            if term == Term::White {
+                white = high;
+            }
+            let on = if widths.len() < axes.len() {
+                let names: Vec<&str> = widths.iter().map(|w| ["x", "y", "z"][w.0]).collect();
+                format!(" on {} alone", names.join(" and "))
+            } else {
+                String::new()
+            };
+            known.push(format!("{name} to {}{on}", range(low, high)));
         }
-        let warned = log
-            .issues
-            .iter()
-            .filter(|i| {
-                matches!(
-                    i.kind,
-                    IssueKind::Motion | IssueKind::Saturation | IssueKind::NonStationary
-                ) && i
-                    .channel
-                    .as_deref()
-                    .is_some_and(|c| c.starts_with(sensor.key()))
-            })
-            .count();
-        let mut text = format!("The {} is known: {}", sensor.name(), known.join(", "));
+        let is_of = |i: &&Issue| match i.channel.as_deref() {
+            Some(channel) => channel.starts_with(sensor.key()),
+            // What is told of the log as a whole is told of both.
+            None => [sensor.key(), "log"].contains(&crate::findings::sensor(i)),
+        };
+        let kinds = |of: &[IssueKind]| -> usize {
+            let own = log.issues.iter().filter(is_of);
+            own.filter(|i| of.contains(&i.kind)).count()
+        };
+        let warned = kinds(&[
+            IssueKind::Motion,
+            IssueKind::Step,
+            IssueKind::WarmUp,
+            IssueKind::NonStationary,
+        ]);
+        let state = match (warned, white) {
+            (0, w) if w <= ROUGH => "is known".to_owned(),
+            (0, _) => "is known roughly".to_owned(),
+            (n, _) => format!(
+                "was disturbed ({n} warning{})",
+                if n == 1 { "" } else { "s" }
+            ),
+        };
+        let mut text = format!("The {} {state}: {}", sensor.name(), known.join(", "));
         if !bounded.is_empty() {
             let _ = write!(text, "; {} only bounded from above", bounded.join(" and "));
         }
         text.push('.');
         if warned > 0 {
+            text.push_str(" Read its slow terms with care.");
+        }
+        if kinds(&[IssueKind::Units]) > 0 {
+            text.push_str(" Its unit is not what was named: every number is off by that factor.");
+        }
+        if kinds(&[IssueKind::Saturation]) > 0 {
+            text.push_str(" It was saturated: its numbers are conditional.");
+        }
+        let unfit: Vec<&str> = axes
+            .iter()
+            .filter(|a| {
+                a.estimate
+                    .as_ref()
+                    .and_then(|e| e.p_value)
+                    .is_some_and(|p| p < 1e-3)
+            })
+            .map(|a| ["x", "y", "z"][a.index])
+            .collect();
+        if !unfit.is_empty() {
             let _ = write!(
                 text,
-                " It was disturbed ({warned} warning{}): read the slow terms with care.",
-                if warned == 1 { "" } else { "s" }
+                " The terms do not explain {}: intervals there are conditional.",
+                unfit.join(" and ")
             );
         }
         sentences.push(text);
@@ -444,7 +497,10 @@ fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
     let head = group[0];
     let (start, end) = (head.start_s - log.first_s, head.end_s - log.first_s);
     let whole = start <= 0.02 * log.duration_s && end >= 0.98 * log.duration_s;
-    let channel = head.channel.clone().unwrap_or_else(|| "log".to_owned());
+    let channel = head
+        .channel
+        .clone()
+        .unwrap_or_else(|| sensor(head).to_owned());
     let axis = |i: &Issue| {
         i.channel
             .as_deref()
@@ -457,9 +513,21 @@ fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
         lines_text(group)
     } else if group.iter().all(|i| i.text == head.text) {
         head.text.clone()
-    } else if let Some(text) = joined_numbers(group, "changes by ") {
+    } else if let Some(text) = [
+        "changes by ",
+        "not white above ",
+        "the scatter is ",
+        "a step is ",
+    ]
+    .iter()
+    .find_map(|words| joined_numbers(group, words))
+    {
         let axes: Vec<String> = group.iter().map(|i| axis(i)).collect();
-        format!("{text} on {}", axes.join(", "))
+        let axes = axes.join(", ");
+        match text.split_once(": ") {
+            Some((what, rest)) => format!("{what} on {axes}: {rest}"),
+            None => format!("{text} on {axes}"),
+        }
     } else {
         let parts: Vec<String> = group
             .iter()

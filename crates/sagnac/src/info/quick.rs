@@ -1,4 +1,4 @@
-//! Findings that need a noise fit, from a quick one: filtered, line, bias_removed.
+//! Findings that need a noise fit, from a quick one: filtered, line, bias_removed, short.
 
 use sagnac_analysis::fit::{AxisData, Candidates, FindingKind, FitOptions, Segment, estimate};
 use sagnac_log::health::Health;
@@ -10,6 +10,7 @@ const MOST: usize = 1 << 20;
 pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
     let mut out = Vec::new();
     let mut gyro_means = Vec::new();
+    let is_short = health.issues.iter().any(|i| i.kind == IssueKind::Short);
     let mut candidates = Candidates {
         gauss_markov: 1,
         ..Candidates::default()
@@ -59,6 +60,8 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
             let kind = match f.kind {
                 FindingKind::Filtered => IssueKind::Filtered,
                 FindingKind::Line => IssueKind::Line,
+                // Of a log that is short as a whole health has told; a part of one says nothing of the whole.
+                FindingKind::Short if left > 0 && !is_short => IssueKind::Short,
                 _ => continue,
             };
             out.push(Issue {

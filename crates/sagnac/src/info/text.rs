@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use sagnac_report::text::{Document, Table, duration, fixed, general, group_thousands};
 
 use super::{ChannelInfo, InfoOutcome};
-use crate::findings::finding;
+use crate::findings::{finding, gathered};
 
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 const STANDARD_GRAVITY: f64 = 9.80665;
@@ -71,7 +71,8 @@ pub(super) fn document(o: &InfoOutcome) -> Document {
         d.paragraph(line);
         d.blank();
     }
-    d.findings(o.issues.iter().map(|i| finding(i, o.first_s, o.duration_s)));
+    let lines = o.issues.iter().map(|i| finding(i, o.first_s, o.duration_s));
+    d.findings(gathered(lines.collect()));
     d.blank();
     for note in &o.layout.notes {
         d.note(note.clone());

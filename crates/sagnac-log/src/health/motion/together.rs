@@ -264,16 +264,19 @@ impl Triad<'_> {
             .axes
             .iter()
             .map(|(_, x, sigma)| {
+                let part = &x.mean[from.min(x.mean.len())..to.min(x.mean.len())];
+                // A missing average counts as the level of those around it.
+                let level = super::level(part, 0..part.len()).unwrap_or(0.0);
                 let mut sum = 0.0;
                 std::iter::once(0.0)
-                    .chain(
-                        x.mean[from.min(x.mean.len())..to.min(x.mean.len())]
-                            .iter()
-                            .map(|m| {
-                                sum += if m.is_finite() { m / sigma } else { 0.0 };
-                                sum
-                            }),
-                    )
+                    .chain(part.iter().map(|m| {
+                        sum += if m.is_finite() {
+                            (m - level) / sigma
+                        } else {
+                            0.0
+                        };
+                        sum
+                    }))
                     .collect()
             })
             .collect();
@@ -319,7 +322,8 @@ impl Triad<'_> {
             .filter(|(_, x, sigma)| {
                 let mean = |r: Range<usize>| {
                     let part = x.mean.get(r.start..r.end.min(x.mean.len())).unwrap_or(&[]);
-                    part.iter().sum::<f64>() / part.len() as f64
+                    let finite = part.iter().filter(|m| m.is_finite());
+                    finite.clone().sum::<f64>() / finite.count() as f64
                 };
                 let outside = 0.5 * (mean(a.saturating_sub(long)..a) + mean(b..b + long));
                 (mean(a..b) - outside).abs() * (long as f64).sqrt() > 5.0 * sigma
