@@ -1,10 +1,12 @@
 """False alarms and misses of `info` and `characterize` on logs drawn here (exact noise of axes.py), one fault each at
 1.5 x its threshold.
 
-Usage: check_health.py PATH_TO_SAGNAC [--axes] [--clean N] [--faults N] [--seed S] [--only KIND]
+Usage: check_health.py PATH_TO_SAGNAC [--axes] [--clean N] [--faults N] [--seed S] [--only KIND,…]
 
 Clean logs are mixtures {N}, {N,B}, {N,B,K}, {Q,N}, {N,Gauss-Markov} on six channels with gravity, a bias and the Earth's
 rate; every kind may be named in at most 1 % of them (one in the short run), by `info` and by `characterize --model`.
+`short` is right of a channel whose slow process (B, K, Gauss-Markov) has fewer than 20 coefficients below its true corner,
+twice the contract's ten at the fitted corner; `burst`, `shake` and `half` are motion of other shapes.
 Each fault must be found, its span right, in at least 95 %; those that need a fit are put to `characterize`, the others
 to `info`. A step and a warm-up have 1.5 times the size whose expected likelihood ratio is 25 with N, B, K, the axis's own
 terms and one more process refitted without it. The short run has 20 clean logs and 6 a fault; --axes runs 200 and 50.
@@ -213,9 +215,11 @@ def units(log):
 
 
 def motion(log):
-    kind = log.rng.integers(3)
+    kind = log.rng.integers(4)
     size, _, scatter = log.averages(0)
     a = log.somewhere(2 * size)
+    if kind == 3:
+        return burst(log)
     part = slice(a, a + 2 * size)
     first = 3 * log.rng.integers(2)
     channels = [first] if kind == 1 else first + log.rng.permutation(3)[:2]
@@ -226,6 +230,36 @@ def motion(log):
         else:
             log.y[c, part] += log.rng.choice([-1, 1]) * 12 * log.sigma_a(c)
     return None, log.time[a], log.time[a + 2 * size - 1], 1.05 * size * log.dt
+
+
+def burst(log):
+    """Three seconds in which every axis scatters ten times as much."""
+    size, length = max(round(1 / log.dt), 50), round(3 / log.dt)
+    a = log.somewhere(length)
+    part = slice(a, a + length)
+    log.y[:, part] += 9 * (log.y[:, part] - log.y[:, part].mean(1, keepdims=True))
+    return None, log.time[a], log.time[a + length - 1], 1.05 * size * log.dt
+
+
+def shake(log):
+    """Three seconds of strong shaking."""
+    size, length = max(round(1 / log.dt), 50), round(3 / log.dt)
+    a = log.somewhere(length)
+    t = log.dt * np.arange(length)
+    for c in range(6):
+        log.y[c, a : a + length] += (2, 8)[c // 3] * np.sin(2 * np.pi * log.rng.uniform(2, 6) * t + c)
+    return None, log.time[a], log.time[a + length - 1], 1.05 * size * log.dt
+
+
+def half(log):
+    """A sensor that is carried about in one half of the log, at rest in the other."""
+    size, length = max(round(1 / log.dt), 50), log.n // 2
+    a = log.rng.choice([0, log.n - length])
+    t = log.dt * np.arange(length)
+    for c in range(6):
+        for _ in range(3):
+            log.y[c, a : a + length] += (0.5, 2)[c // 3] * np.sin(log.rng.uniform(2, 12) * t + log.rng.uniform(0, 6))
+    return None, log.time[a], log.time[a + length - 1], 2 * size * log.dt
 
 
 def quantization(log):
@@ -317,8 +351,23 @@ def earth_rate(log):
 
 NAMES = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
 FAULTS = [gap, duplicate, backwards, wrap, jitter, nan, saturation, stuck, units, motion, quantization,
-          non_stationary, short, step, warm_up, filtered, line, bias_removed, earth_rate]
-FITTED = {step, warm_up, filtered, line, bias_removed, earth_rate}
+          non_stationary, short, step, warm_up, filtered, line, bias_removed, earth_rate, burst, shake, half]
+FITTED = {non_stationary, step, warm_up, filtered, line, bias_removed, earth_rate}
+KIND = {wrap: "backwards", burst: "motion", shake: "motion", half: "motion"}
+
+
+def kind_of(fault):
+    return KIND.get(fault, fault.__name__)
+
+
+def few_coefficients(log, issue):
+    """Whether `short` is right of this channel: a slow process of it has about ten coefficients below its corner or fewer."""
+    if issue["channel"] not in NAMES:
+        return False
+    mix, span = log.mixes[NAMES.index(issue["channel"])], log.n * log.dt
+    corners = [mix.get("B", 0) ** 2 / (2 * np.pi * mix["N"] ** 2), mix.get("K", 0) / (2 * np.pi * mix["N"])]
+    corners += [1 / (2 * np.pi * tc) for _, tc in mix.get("GM", [])]
+    return any(0 < 2 * span * f < 20 for f in corners)
 
 
 def judge(issues, kind, want):
@@ -336,7 +385,13 @@ def one_clean(job):
     o, k = job
     with tempfile.TemporaryDirectory() as folder:
         log = Drawn(np.random.default_rng([o.seed, 0, k]))
-        return {command: log.ask(o.program, folder, command) for command in ("info", "characterize")}
+        found = {command: log.ask(o.program, folder, command) for command in ("info", "characterize")}
+    # A slow process with few coefficients below its corner is bounded only and this is said: a truth, not an alarm.
+    for issues in found.values():
+        for i in issues:
+            if i["kind"] == "short" and few_coefficients(log, i):
+                i["kind"] = "short, rightly"
+    return found
 
 
 def one_fault(job):
@@ -345,7 +400,7 @@ def one_fault(job):
         log = Drawn(np.random.default_rng([o.seed, t, k]), (100, 720) if fault is non_stationary else None)
         want = fault(log)
         issues = log.ask(o.program, folder, "characterize" if fault in FITTED else "info")
-        kind = "backwards" if fault is wrap else fault.__name__
+        kind = kind_of(fault)
         a, b = judge(issues, kind, want)
         if o.verbose and not b:
             print(f"  {fault.__name__} {k} ({log.n} x {log.dt} s): want {want}",
@@ -360,7 +415,7 @@ def main():
     p.add_argument("--clean", type=int)
     p.add_argument("--faults", type=int)
     p.add_argument("--seed", type=int, default=1)
-    p.add_argument("--only")
+    p.add_argument("--only", help="kinds, separated by commas")
     p.add_argument("--verbose", action="store_true")
     o = p.parse_args()
     clean = o.clean if o.clean is not None else 200 if o.axes else 20
@@ -374,17 +429,22 @@ def main():
                 if o.verbose and issues:
                     print(f"  clean {k}, {command}:", [(i["kind"], i["channel"], i["text"]) for i in issues])
         print(f"{clean} clean logs, {many} a fault, seed {o.seed}")
+        told = [f"{100 * c['short, rightly'] / max(clean, 1):.1f}" for c in named.values()]
+        print(f"clean logs with a slow term rightly said to have too few coefficients, in %: {told[0]}, {told[1]}")
+        beyond = {"step", "warm_up", "non_stationary"} & set(named["info"])
+        if beyond:
+            print(f"info names what is left to characterize: {beyond} FAIL")
+            failed = True
         print("kind             falsely named in %: info, characterize   found     span right")
         for t, fault in enumerate(FAULTS, 1):
-            if o.only and fault.__name__ != o.only:
+            if o.only and fault.__name__ not in o.only.split(","):
                 continue
-            kind = "backwards" if fault is wrap else fault.__name__
+            kind = kind_of(fault)
             result = list(pool.map(one_fault, [(o, t, fault, k) for k in range(many)]))
             found, right = (sum(r[i] for r in result) for i in (0, 1))
             false = [named[c][kind] for c in ("info", "characterize")]
-            # `short` may say of a clean log that a slow term has too few coefficients: a truth, not an alarm.
             bad = min(found, right) < 0.95 * many - (1 if many < 20 else 0)
-            bad |= kind != "short" and max(false) > max(clean // 100, 1)
+            bad |= max(false) > max(clean // 100, 1)
             failed |= bad
             share = [f"{100 * f / max(clean, 1):.1f}" for f in false]
             print(f"{fault.__name__:16s} {share[0]:>24s} {share[1]:>10s} {found:>13d}/{many} {right:>8d}/{many}",

@@ -348,9 +348,13 @@ pub(crate) fn factors_for(
         } else {
             1
         };
+        // A grid may end before what the deviation itself could give.
+        let least = kind.least_samples(least).max(2);
         return Err(Error::TooShort {
             kind: kind.full_name(),
-            needed: kind.least_samples(least).max(2),
+            needed: (least..2 * least)
+                .find(|&n| !grid.factors(kind, n, dt_s).is_empty())
+                .unwrap_or(least),
             found: longest,
         });
     }

@@ -1,6 +1,6 @@
 //! What the data show beside noise: a filter, a step, warm-up, changing scatter, coarse rounding, a model that fails.
 //!
-//! Thresholds: a step or a warm-up needs 2 Δ ln L > 25; a changing scatter > 10 % and > 6 of its own standard errors; a
+//! Thresholds: a step or a warm-up those of `columns`; a changing scatter > 10 % and > 6 of its own standard errors; a
 //! filter leaves the top octave under the white level and falling, and a spectrum that no mixture of the terms explains.
 
 use super::estimate::{Active, ActiveKind, Work, spectrum_at};
@@ -114,13 +114,14 @@ pub(super) fn digits(value: f64) -> String {
 const STEP_COEFFICIENTS: usize = 1024;
 const STEP_PLACES: usize = 1024;
 
-/// The likeliest place of a step: segment and sample, where its score against the fitted noise is worth a fit.
+/// The likeliest places of a step, of the whole spectrum and of white noise nearby: segment and sample, where its score
+/// against the fitted noise is worth a fit.
 pub(super) fn find_step(
     work: &Work,
     segments: &[Segment<'_>],
     active: &[Active],
     now: &Solution,
-) -> Option<(usize, usize)> {
+) -> Option<[(usize, usize); 2]> {
     let mut best: Option<(f64, usize, usize)> = None;
     let mut planner = RealFftPlanner::new();
     for (s, segment) in work.segments.iter().enumerate() {
@@ -189,7 +190,7 @@ pub(super) fn find_step(
         }
     }
     let (_, s, at) = best?;
-    Some((s, sharpen(work, segments, s, at, now)))
+    Some([(s, at), (s, sharpen(work, segments, s, at, now))])
 }
 
 /// The sample between whose sides the means differ most, near a coarse place, weighed as white noise.
