@@ -1,5 +1,7 @@
 //! Progress on standard error: after one second, at most ten times a second, erased when done.
 
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -14,6 +16,8 @@ pub(crate) struct Progress {
     label: String,
     /// What is counted, where the rate is shown beside a known total.
     counted: Option<&'static str>,
+    /// What redraws the time while work goes on that does not say how far it is.
+    clock: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
 impl Progress {
@@ -35,7 +39,29 @@ impl Progress {
             started: Instant::now(),
             label: label.to_owned(),
             counted: None,
+            clock: None,
         }
+    }
+
+    /// From now on work goes on that does not say how far it is: its name and the time since it began.
+    pub(crate) fn work(&mut self, label: &str) {
+        if !self.wanted || self.clock.is_some() {
+            return;
+        }
+        let (stop, stopped) = channel();
+        let (bar, label) = (self.bar.clone(), label.to_owned());
+        let thread = std::thread::spawn(move || {
+            let began = Instant::now();
+            while stopped.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+                if let Ok(style) = ProgressStyle::with_template("{msg}") {
+                    bar.set_style(style);
+                }
+                bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+                bar.set_message(format!("{label}  {} s", began.elapsed().as_secs()));
+                bar.tick();
+            }
+        });
+        self.clock = Some((stop, thread));
     }
 
     /// The same with the rate after the label: `simulating  12 M samples/s`.
@@ -73,6 +99,11 @@ fn short(rate: f64) -> String {
 
 impl Drop for Progress {
     fn drop(&mut self) {
+        if let Some((stop, thread)) = self.clock.take() {
+            drop(stop);
+            // A thread that panicked has nothing left to draw.
+            let _ = thread.join();
+        }
         self.bar.finish_and_clear();
     }
 }

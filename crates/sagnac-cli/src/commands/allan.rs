@@ -125,6 +125,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             inner: &mut *reader,
             meter: &meter,
             progress: &mut context.progress("reading", meter.size),
+            work: if args.deviation == Deviation::Theo1 && !args.spectrum {
+                "estimating  theo1, exact: time grows with the square of the log's length"
+            } else {
+                "estimating"
+            },
         };
         allan(&mut reader, &request)?
     };
@@ -154,6 +159,8 @@ struct Watched<'a> {
     inner: &'a mut dyn LogReader,
     meter: &'a Meter,
     progress: &'a mut Progress,
+    /// What goes on when all is read.
+    work: &'static str,
 }
 
 impl LogReader for Watched<'_> {
@@ -163,6 +170,10 @@ impl LogReader for Watched<'_> {
 
     fn read_block(&mut self, block: &mut Block) -> Result<bool, sagnac::log::Error> {
         self.progress.set(self.meter.bytes());
-        self.inner.read_block(block)
+        let more = self.inner.read_block(block)?;
+        if !more {
+            self.progress.work(self.work);
+        }
+        Ok(more)
     }
 }

@@ -1,0 +1,114 @@
+//! `allan` from a log to its curves: laws that every estimate keeps.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use sagnac::allan::{AllanOutcome, AllanRequest, allan};
+use sagnac::analysis::{Deviation, Estimate, TauGrid};
+use sagnac::log::{ReadOptions, Source, open};
+
+/// A log of one axis at 100 Hz: uniform noise of 1 rad/s; rows from `gap` on come `lost` samples later.
+fn text(rows: usize, gap: usize, lost: usize) -> String {
+    let mut state = 3_u64;
+    let mut out = String::from("time [s],gyro_x [rad/s]\n");
+    for k in 0..rows {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let y = ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt();
+        let at = if k < gap { k } else { k + lost };
+        out += &format!("{},{y}\n", at as f64 / 100.0);
+    }
+    out
+}
+
+fn run(text: String, request: &AllanRequest) -> Result<AllanOutcome, sagnac::Error> {
+    let mut reader = open(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )?;
+    allan(&mut *reader, request)
+}
+
+#[test]
+fn white_noise_has_its_density_in_both_pictures() {
+    // Two-sided N² = dt, hence a deviation √(dt/τ) and a one-sided density 2 dt.
+    let curves = run(text(20_000, 20_000, 0), &AllanRequest::default()).unwrap();
+    let curve = curves.axes[0].curve.as_ref().unwrap();
+    for (tau_s, (lower, upper)) in curve.tau_s.iter().zip(curve.lower.iter().zip(&curve.upper)) {
+        // Half as wide again as the 95 % limits: every one of the curve must hold.
+        let truth = (0.01 / tau_s).sqrt();
+        assert!(lower / 1.5 < truth && truth < 1.5 * upper, "{tau_s}");
+    }
+    let spectrum = AllanRequest {
+        spectrum: true,
+        ..AllanRequest::default()
+    };
+    let outcome = run(text(20_000, 20_000, 0), &spectrum).unwrap();
+    let density = &outcome.axes[0].density.as_ref().unwrap().density;
+    let mean = density.iter().sum::<f64>() / density.len() as f64;
+    assert!((mean / 0.02 - 1.0).abs() < 0.05, "{mean}");
+}
+
+#[test]
+fn a_gap_pools_two_stretches_and_is_told() {
+    let outcome = run(text(4000, 1500, 50), &AllanRequest::default()).unwrap();
+    assert_eq!(outcome.segments, 2);
+    // First differences within the stretches alone.
+    assert_eq!(
+        outcome.axes[0].curve.as_ref().unwrap().samples_used[0],
+        1499 + 2499
+    );
+    assert_eq!(
+        (outcome.issues[0].kind.name(), outcome.issues[0].count),
+        ("gap", 50)
+    );
+}
+
+#[test]
+fn strided_and_exact_agree_where_every_start_is_kept() {
+    let of = |estimate| {
+        let request = AllanRequest {
+            taus: TauGrid::Octave,
+            estimate: Some(estimate),
+            ..AllanRequest::default()
+        };
+        run(text(4096, 4096, 0), &request)
+            .unwrap()
+            .axes
+            .remove(0)
+            .curve
+            .unwrap()
+    };
+    let (exact, strided) = (of(Estimate::Exact), of(Estimate::Strided));
+    assert!((strided.deviation[0] / exact.deviation[0] - 1.0).abs() < 1e-9);
+    for (a, b) in exact.deviation.iter().zip(&strided.deviation).take(8) {
+        assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
+    }
+}
+
+#[test]
+fn windows_tile_the_log_and_the_last_ends_with_it() {
+    let request = AllanRequest {
+        dynamic_s: Some(10.0),
+        ..AllanRequest::default()
+    };
+    let outcome = run(text(3300, 3300, 0), &request).unwrap();
+    let windows = outcome.axes[0].windows.as_ref().unwrap();
+    assert!((windows[1].start_s - 2.5).abs() < 1e-9);
+    assert!((windows[windows.len() - 1].end_s - 33.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_too_short_says_what_would_do() {
+    for (deviation, needed) in [
+        (Deviation::Mdev, "at least 3 samples"),
+        (Deviation::Theo1, "at least 10 samples"),
+    ] {
+        let request = AllanRequest {
+            deviation,
+            ..AllanRequest::default()
+        };
+        let error = run(text(2, 2, 0), &request).unwrap_err();
+        assert!(error.what.contains(needed), "{}", error.what);
+        assert!(error.advice.is_some() && error.place.is_some());
+    }
+}
