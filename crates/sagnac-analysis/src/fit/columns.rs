@@ -1,6 +1,6 @@
 //! Which regressors and Gauss–Markov terms a log asks for: taken in one by one, the clearest first, idle ones dropped.
 //!
-//! A column is kept where 2 Δ ln L passes its threshold: 12 a ramp, 3.84 a power of the temperature, 18 a step, 13 a
+//! A column is kept where 2 Δ ln L passes its threshold: 12 a ramp, 3.84 a power of the temperature, 22 a step, 12 a
 //! warm-up; what passes its own by most is taken. Source: the measurements of `FIDELITY.md` and `HEALTH.md`.
 
 use super::bins::Column;
@@ -12,11 +12,13 @@ use super::select::{self, GAUSS_MARKOV_THRESHOLD, RAMP_THRESHOLD};
 use super::types::{Candidates, FitOptions, Segment};
 use realfft::RealFftPlanner;
 
-/// Likelihood ratio from which a step is named. A place among a thousand is free: 15 names one in 3.5 % of clean logs, 25
-/// misses a sixth of those of one and a half times the size that 25 is expected of.
-const STEP_THRESHOLD: f64 = 18.0;
-/// The same of a warm-up, whose time alone is free.
-const WARM_UP_THRESHOLD: f64 = 13.0;
+/// Likelihood ratio from which a step is named. A place among a thousand is free: 15 names one in 3.5 % of clean logs of six
+/// axes, 18 in 2 %.
+const STEP_THRESHOLD: f64 = 22.0;
+/// The same of a warm-up, whose time alone is free, as of a ramp.
+const WARM_UP_THRESHOLD: f64 = 12.0;
+/// Shortest time of a warm-up; the longest is a quarter of the log.
+const SHORTEST_WARM_UP_S: f64 = 30.0;
 /// Ratio from which a power of the temperature is kept.
 const TEMPERATURE_THRESHOLD: f64 = 3.84;
 const MOST_STEPS: usize = 12;
@@ -51,8 +53,8 @@ pub(super) fn regressors(
         })
         .unwrap_or_default();
     let ramp = candidates.ramp.then(|| regress::line(&work.segments));
-    let times: Vec<f64> = if options.data_checks && duration >= 4.0 * 30.0 {
-        let (low, high) = (30.0 / work.step_s, span / 4.0);
+    let times: Vec<f64> = if options.data_checks && duration >= 4.0 * SHORTEST_WARM_UP_S {
+        let (low, high) = (SHORTEST_WARM_UP_S / work.step_s, span / 4.0);
         let steps = ((high / low).ln() / 0.55).ceil().max(1.0) as usize;
         (0..=steps)
             .map(|i| low * (high / low).powf(i as f64 / steps as f64))
@@ -240,7 +242,7 @@ fn refine_warm_up(work: &Work, active: &mut [Active], current: &mut Option<Solut
     let mut at = center;
     for _ in 0..5 {
         for factor in [-1.0, 0.0, 1.0] {
-            let tau = at * f64::exp(width * factor);
+            let tau = (at * f64::exp(width * factor)).max(SHORTEST_WARM_UP_S / work.step_s);
             let column = regress::exponential(&work.segments, work.step_s, tau);
             let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
             columns[place].clone_from(&column);

@@ -53,7 +53,11 @@ pub(super) fn document(o: &InfoOutcome) -> Document {
     }
     let warnings: Vec<_> = o.issues.iter().filter(|i| !i.kind.is_note()).collect();
     if warnings.is_empty() {
-        d.paragraph("No warnings: the log is sound.");
+        d.paragraph(if o.is_moving {
+            "No warnings; it is no log at rest."
+        } else {
+            "No warnings: the log is sound."
+        });
     } else {
         let kinds: BTreeSet<&str> = warnings.iter().map(|i| i.kind.name()).collect();
         let n = warnings.len();
@@ -142,7 +146,7 @@ fn shown_unit(c: &ChannelInfo) -> (&str, f64) {
 fn gravity(o: &InfoOutcome) -> Option<String> {
     if o.is_moving {
         return Some(
-            "The sensor was carried about: findings about a log at rest were not looked for."
+            "The sensor moved most of the time: findings about a log at rest were not looked for."
                 .to_owned(),
         );
     }
