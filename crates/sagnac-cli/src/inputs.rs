@@ -295,6 +295,7 @@ fn unreadable(path: &Path, error: &io::Error) -> Error {
         path.display(),
         plain(error)
     ))
+    .advise("check the name and who may read it")
 }
 
 /// Counts what goes through.

@@ -390,7 +390,8 @@ fn refuse_short(header: &Header, have: u64) -> Result<(), Error> {
             "the header promises {} rows, the file holds {}",
             grouped(rows),
             grouped(have / size.max(1))
-        )));
+        ))
+        .advise("the file is cut off: copy it again"));
     }
     Ok(())
 }

@@ -150,3 +150,41 @@ fn time_that_goes_back_never_makes_a_negative_duration() {
     assert!(health.issues.iter().any(|i| i.kind == IssueKind::Backwards));
     assert!(health.issues.iter().all(|i| i.end_s >= i.start_s));
 }
+
+#[test]
+fn stamps_that_are_no_numbers_are_told_and_leave_the_duration() {
+    let mut text = String::from("time [s],gyro_x [rad/s]\n");
+    let mut noise = Noise(3);
+    for k in 0..1000 {
+        let t = if k < 3 || k == 999 {
+            "nan".to_owned()
+        } else {
+            format!("{}", f64::from(k) / 10.0)
+        };
+        text += &format!("{t},{}\n", noise.next());
+    }
+    let log = read(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    assert!(
+        (health.duration_s - 100.0).abs() < 1e-6,
+        "{}",
+        health.duration_s
+    );
+    let told: Vec<u64> = health
+        .issues
+        .iter()
+        .filter(|i| i.kind == IssueKind::Nan)
+        .map(|i| i.count)
+        .collect();
+    assert_eq!(told, [3, 1]);
+    assert!(
+        health
+            .issues
+            .iter()
+            .all(|i| i.start_s.is_finite() && i.end_s.is_finite())
+    );
+}

@@ -241,6 +241,12 @@ fn merge(mut issues: Vec<Issue>, dt_s: f64) -> Vec<Issue> {
                     (IssueKind::Duplicate, _) => {
                         format!("{} stamps equal to the one before; dropped", last.count)
                     }
+                    (IssueKind::Nan, Some("time")) => {
+                        format!(
+                            "{} stamps are no numbers; taken as equally spaced",
+                            last.count
+                        )
+                    }
                     (IssueKind::Nan, _) => format!("{} samples are no numbers", last.count),
                     _ => std::mem::take(&mut last.text),
                 };

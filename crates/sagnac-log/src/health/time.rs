@@ -25,6 +25,8 @@ pub(crate) struct Clock<'a> {
     pub(crate) events: Vec<(usize, Event)>,
     /// Rows at which a counter wrapped, with what was added.
     wraps: Vec<(usize, f64)>,
+    /// The first row whose stamp is a number: times count from it.
+    origin: usize,
     /// Steps off by more than 20 %, and the robust scatter of the steps over dt; `None` where the clock is even.
     jitter: Option<(u64, f64)>,
 }
@@ -36,12 +38,18 @@ impl<'a> Clock<'a> {
             dt_s: 0.0,
             events: Vec::new(),
             wraps: Vec::new(),
+            origin: 0,
             jitter: None,
         };
         if log.stamps.is_empty() {
             clock.dt_s = log.dt_s()?;
             return Ok(clock);
         }
+        let is_number = |row: &usize| {
+            let stamp = log.stamps.get(*row);
+            stamp.is_some_and(|t| t.seconds().is_finite())
+        };
+        clock.origin = (0..log.rows).find(is_number).unwrap_or(0);
         let mut steps = steps(&log.stamps);
         clock.undo_wraps(&mut steps);
         clock.dt_s = match log.layout.rate_hz {
@@ -155,13 +163,26 @@ impl<'a> Clock<'a> {
             .take_while(|w| w.0 <= row)
             .map(|w| w.1)
             .sum();
-        self.log.time_s(row) + added
+        self.plain_seconds(row) + added
+    }
+
+    /// The stamp of a row that is a number: its own, or one that follows the last before it on the grid.
+    fn plain_seconds(&self, row: usize) -> f64 {
+        let Some(origin) = self.log.stamps.get(self.origin) else {
+            return self.log.time_s(row);
+        };
+        let before = (self.origin..=row).rev();
+        let known = before
+            .filter_map(|k| Some((k, self.log.stamps.get(k)?.since(origin))))
+            .find(|(_, t)| t.is_finite());
+        let (at, seconds) = known.unwrap_or((self.origin, 0.0));
+        seconds + self.dt_s * (self.origin as f64 + row as f64 - at as f64)
     }
 
     /// Time of a row on the log's own clock.
     pub(crate) fn absolute(&self, row: usize) -> f64 {
-        match self.log.stamps.get(0) {
-            Some(first) => first.seconds() + self.seconds(row),
+        match self.log.stamps.get(self.origin) {
+            Some(first) => first.seconds() - self.origin as f64 * self.dt_s + self.seconds(row),
             None => self.log.time_s(row),
         }
     }
@@ -268,6 +289,24 @@ pub(crate) fn issues(clock: &Clock<'_>) -> Vec<Issue> {
                 push(IssueKind::Backwards, row, row, 1, text);
             }
         }
+    }
+    let is_none = |row: &usize| {
+        let stamp = clock.log.stamps.get(*row);
+        stamp.is_some_and(|t| !t.seconds().is_finite())
+    };
+    let none: Vec<usize> = (0..clock.log.rows).filter(is_none).collect();
+    for run in none.chunk_by(|a, b| a + 1 == *b) {
+        let text = format!(
+            "{} stamps are no numbers; taken as equally spaced",
+            run.len()
+        );
+        push(
+            IssueKind::Nan,
+            run[0],
+            run[run.len() - 1],
+            run.len() as u64,
+            text,
+        );
     }
     for &(row, turn) in &clock.wraps {
         let unit = clock.log.layout.time_unit_s.unwrap_or(0.0);

@@ -193,7 +193,8 @@ pub(crate) fn sniff(sample: &[u8], is_whole: bool) -> Result<Dialect, Error> {
             "the log holds comments only, no rows"
         } else {
             "the log is empty"
-        }));
+        })
+        .advise("look at what recorded it, or copy it again"));
     }
     let mut best = (0.0, Separator::Byte(b','), 1);
     for separator in [

@@ -91,7 +91,8 @@ impl TextTable {
             ));
         }
         if got < SAMPLE && dialect.body_start >= sample.len() {
-            return Err(Error::data("the log has a header and no rows"));
+            return Err(Error::data("the log has a header and no rows")
+                .advise("look at what recorded it, or copy it again"));
         }
         Ok(Self {
             layout,
@@ -168,9 +169,10 @@ fn refuse_binary(sample: &[u8]) -> Result<(), Error> {
         .filter(|&&c| c < 9 || (c > 13 && c < 32) || c == 127)
         .count();
     if sample.contains(&0) || odd * 100 > sample.len() {
-        return Err(Error::data(
-            "the format is not known: neither text nor a known binary log",
-        ));
+        return Err(
+            Error::data("the format is not known: neither text nor a known binary log")
+                .advise("save it as CSV or .npy; the manual lists the formats"),
+        );
     }
     Ok(())
 }
@@ -188,9 +190,12 @@ fn row_error(error: &RowError, plan: &RowPlan, rows_before: u64, lines_before: u
                 "row {row} has {found} {cells} where the {table} has {width}"
             ))
             .at(line)
+            .advise("mend or remove that row; a lost sample is written nan")
         }
         RowProblem::Text { column, cell, .. } if cell.is_empty() => {
-            Error::data(format!("row {row} has no time")).at(format!("{line}, column {column}"))
+            Error::data(format!("row {row} has no time"))
+                .at(format!("{line}, column {column}"))
+                .advise("remove that row, or leave the time out and give --rate")
         }
         RowProblem::Text {
             column,
@@ -204,6 +209,7 @@ fn row_error(error: &RowError, plan: &RowPlan, rows_before: u64, lines_before: u
             };
             Error::data(format!("`{cell}` in row {row} is {what}"))
                 .at(format!("{line}, column {column}"))
+                .advise("mend that cell; a lost sample is written nan")
         }
     }
 }
