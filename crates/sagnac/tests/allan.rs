@@ -33,7 +33,10 @@ fn white_noise_has_its_density_in_both_pictures() {
     // Two-sided N² = dt, hence a deviation √(dt/τ) and a one-sided density 2 dt.
     let curves = run(text(20_000, 20_000, 0), &AllanRequest::default()).unwrap();
     let curve = curves.axes[0].curve.as_ref().unwrap();
-    for (tau_s, (lower, upper)) in curve.tau_s.iter().zip(curve.lower.iter().zip(&curve.upper)) {
+    for (k, tau_s) in curve.tau_s.iter().enumerate() {
+        let (Some(lower), Some(upper)) = (curve.lower[k], curve.upper[k]) else {
+            continue;
+        };
         // Half as wide again as the 95 % limits: every one of the curve must hold.
         let truth = (0.01 / tau_s).sqrt();
         assert!(lower / 1.5 < truth && truth < 1.5 * upper, "{tau_s}");
