@@ -1,6 +1,6 @@
 //! Every number of the catalogue is a printed figure of a row of the table of data sheets: the same sensor, source and
 //! quantity, and the value that the printed text gives by the rules of the catalogue.
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -84,7 +84,7 @@ fn in_si(unit: &str) -> Option<f64> {
         | "(deg/s)/(m/s^2)" | "deg/s/LSB" => degree,
         "LSB/(deg/s)" => 1.0 / degree,
         "mdps/sqrt(Hz)" | "mdps/LSB" | "mdeg/s/C" | "mdeg/s/K" | "mdps" => degree / 1e3,
-        "deg/h" | "deg/h/sqrt(Hz)" => degree / 3600.0,
+        "deg/h" | "deg/h/sqrt(Hz)" | "arcsec/pulse" => degree / 3600.0,
         "deg/sqrt(h)" => degree / 60.0,
         "deg/h/g" => degree / 3600.0 / g,
         "deg/s/g" => degree / g,
@@ -95,7 +95,6 @@ fn in_si(unit: &str) -> Option<f64> {
         "m/s/sqrt(h)" => 1.0 / 60.0,
         "ft/s/sqrt(h)" => 0.3048 / 60.0,
         "ft/s per count" => 0.3048,
-        "arcsec/pulse" => degree / 3600.0,
         "ppm" | "urad" | "um/s^2" | "ppm/C" | "ppm/K" => 1e-6,
         "mrad" => 1e-3,
         "%" | "%/C" | "%/K" => 1e-2,
