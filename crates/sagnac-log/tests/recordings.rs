@@ -287,6 +287,37 @@ fn what_is_written_reads_back() {
 }
 
 #[test]
+fn covariances_are_kept_and_turned() {
+    let text = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s],accel_x [m/s^2],accel_y [m/s^2],accel_z [m/s^2]\n1,1,2,3,4,5,6\n2,1,2,3,4,5,6\n";
+    let log = read(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let mut layout = log.layout.clone();
+    let gyro = [1.0, 0.5, 0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0];
+    let accel = [4.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 6.0];
+    layout.covariances = Some([gyro, accel]);
+    for name in ["a.mcap", "a.bag"] {
+        let format = sagnac_log::WriteFormat::of_name(name).unwrap();
+        let out = Shared::default();
+        let mut writer = sagnac_log::create(format, Box::new(out.clone()), &layout).unwrap();
+        for block in log.blocks() {
+            writer.write_block(&block).unwrap();
+        }
+        writer.finish().unwrap();
+        let bytes = out.0.lock().unwrap().get_ref().clone();
+        let mut options = ReadOptions::default();
+        let back = read(Source::memory(name, bytes.clone()), &options).unwrap();
+        assert_eq!(back.layout.covariances, layout.covariances, "{name}");
+        options.axes = Some("x=-y, y=x".to_owned());
+        let back = read(Source::memory(name, bytes), &options).unwrap();
+        let turned = [2.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 3.0];
+        assert_eq!(back.layout.covariances.unwrap()[0], turned, "{name}");
+    }
+}
+
+#[test]
 fn arrays_are_sources_by_name() {
     let Some(bytes) = data("npz/imu_data.npz") else {
         return;

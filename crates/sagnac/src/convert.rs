@@ -5,6 +5,8 @@
 mod resample;
 
 use sagnac_log::{Block, Issue, IssueKind, Layout, Log, LogReader, WriteFormat, WriteSeek, create};
+use sagnac_model::Model;
+use sagnac_model::export::ros_covariances;
 use sagnac_report::text::{Document, duration, general, group_thousands};
 use serde_json::{Value, json};
 
@@ -18,6 +20,8 @@ pub struct ConvertRequest {
     pub format: WriteFormat,
     /// A new rate, with an anti-alias filter.
     pub resample_hz: Option<f64>,
+    /// The sensor's model, whose white noise gives the covariances of ROS messages.
+    pub model: Option<Model>,
 }
 
 /// What was written.
@@ -50,14 +54,15 @@ pub fn convert(
     let holds_increments = reader.layout().channels.iter().any(|c| c.is_increment);
     let mut watch = Watch::default();
     if request.resample_hz.is_none() && !holds_increments {
-        let layout = reader.layout().clone();
+        let mut layout = reader.layout().clone();
+        let said = set_covariances(&mut layout, request)?;
         let mut writer = create(request.format, output, &layout)?;
         let mut block = Block::default();
         while reader.read_block(&mut block)? {
             watch.see(&block);
             writer.write_block(&block)?;
         }
-        let notes = writer.finish()?;
+        let notes = said.into_iter().chain(writer.finish()?).collect();
         return watch.outcome(reader.layout().clone(), notes);
     }
     let mut log = Log::read(reader)?;
@@ -66,8 +71,11 @@ pub fn convert(
     if let Some(rate) = request.resample_hz {
         let (resampled, note) = resample::resample(&log, rate)?;
         log = resampled;
+        // Those of the source are of its own samples.
+        log.layout.covariances = None;
         notes.push(note);
     }
+    notes.extend(set_covariances(&mut log.layout, request)?);
     let mut writer = create(request.format, output, &log.layout)?;
     for block in log.blocks() {
         watch.see(&block);
@@ -85,6 +93,27 @@ pub fn convert(
         outcome.rate_hz = rate;
     }
     Ok(outcome)
+}
+
+/// Covariances of the messages from the model, if one was given, and the sentence about them.
+fn set_covariances(layout: &mut Layout, request: &ConvertRequest) -> Result<Option<String>, Error> {
+    let Some(model) = &request.model else {
+        return Ok(None);
+    };
+    if !matches!(request.format, WriteFormat::Mcap | WriteFormat::Bag) {
+        return Err(Error::usage(
+            "a model gives the covariances of ROS messages, and this format has none",
+        )
+        .at("--model")
+        .advise("write .mcap or .bag, or leave --model out"));
+    }
+    layout.covariances = Some(ros_covariances(model, layout.rate_hz)?);
+    let rate = layout.rate_hz.or(model.sample_rate_hz());
+    Ok(Some(format!(
+        "covariances are N² f of {} at {} Hz",
+        model.name(),
+        general(rate.unwrap_or(f64::NAN), 6)
+    )))
 }
 
 /// Follows the stamps of a stream.

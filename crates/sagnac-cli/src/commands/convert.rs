@@ -29,6 +29,9 @@ pub(crate) struct Args {
     /// Another rate, with an anti-alias filter
     #[arg(long, value_name = "RATE")]
     resample: Option<String>,
+    /// The sensor's model: its white noise gives the covariances of ROS messages
+    #[arg(long, value_name = "MODEL")]
+    model: Option<String>,
     /// Overwrite the output
     #[arg(long)]
     force: bool,
@@ -48,6 +51,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let request = ConvertRequest {
         format,
         resample_hz,
+        model: args
+            .model
+            .as_deref()
+            .map(crate::inputs::model)
+            .transpose()?,
     };
     let outcome = convert(&mut *reader, Box::new(output.clone()), &request)?;
     let name = output.into_output()?.publish()?;

@@ -461,9 +461,11 @@ impl<C: Container + Default> Chunked<C> {
             .unwrap_or(Wire::Cdr);
         // The first message tells the frame and what was measured.
         let mut first: Option<(String, bool, bool)> = None;
+        let mut covariances = None;
         let mut look = |_: u32, payload: &[u8]| {
             first =
                 ros::decode(payload, wire).map(|m| (ros::axes(m.frame), m.has_gyro, m.has_accel));
+            covariances = ros::covariances(payload, wire);
             first.is_none()
         };
         let mut walk = start::<C>(match &shared {
@@ -501,6 +503,7 @@ impl<C: Container + Default> Chunked<C> {
             topics,
             topic: Some(chosen.name),
             frame: Some(frame),
+            covariances,
             notes: notes.clone(),
             ..RawLayout::default()
         };

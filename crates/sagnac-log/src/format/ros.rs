@@ -26,9 +26,26 @@ pub(crate) struct Imu<'a> {
 /// Bytes from the orientation to the end.
 const BODY: usize = 37 * 8;
 
+/// A message's seconds, nanoseconds, frame, the bytes from the orientation on, and whether they are big-endian.
+type Parts<'a> = (i64, u32, &'a [u8], &'a [u8], bool);
+
 /// Decodes one message; `None` where its bytes are too few or no such message.
 #[inline]
 pub(crate) fn decode(bytes: &[u8], wire: Wire) -> Option<Imu<'_>> {
+    let (sec, nsec, frame, body, big) = parts(bytes, wire)?;
+    finish(sec, nsec, frame, body, big)
+}
+
+/// The covariances of a message that states both triads': zeros say unknown, −1 not measured.
+pub(crate) fn covariances(bytes: &[u8], wire: Wire) -> Option<[[f64; 9]; 2]> {
+    let (.., body, big) = parts(bytes, wire)?;
+    let all = [16, 28].map(|at| std::array::from_fn(|k| real(body, at + k, big)));
+    let is_stated = |c: &[f64; 9]| c[0] >= 0.0 && c.iter().all(|v| v.is_finite());
+    (all.iter().all(is_stated) && all.as_flattened().iter().any(|&v| v != 0.0)).then_some(all)
+}
+
+#[inline]
+fn parts(bytes: &[u8], wire: Wire) -> Option<Parts<'_>> {
     match wire {
         Wire::Ros1 => {
             let sec = number(bytes, 4, false)?;
@@ -37,7 +54,7 @@ pub(crate) fn decode(bytes: &[u8], wire: Wire) -> Option<Imu<'_>> {
             let body_at = length.checked_add(16)?;
             let frame = bytes.get(16..body_at)?;
             let body = bytes.get(body_at..body_at.checked_add(BODY)?)?;
-            finish(i64::from(sec), nsec, frame, body, false)
+            Some((i64::from(sec), nsec, frame, body, false))
         }
         Wire::Cdr => {
             let kind = *bytes.get(1)?;
@@ -56,7 +73,7 @@ pub(crate) fn decode(bytes: &[u8], wire: Wire) -> Option<Imu<'_>> {
             // Version 2 of the encoding aligns to four bytes at most.
             let body_at = end.checked_next_multiple_of(if kind < 2 { 8 } else { 4 })?;
             let body = cdr.get(body_at..body_at.checked_add(BODY)?)?;
-            finish(i64::from(sec), nsec, frame, body, big)
+            Some((i64::from(sec), nsec, frame, body, big))
         }
     }
 }
@@ -71,18 +88,22 @@ fn number(b: &[u8], at: usize, big: bool) -> Option<u32> {
     })
 }
 
+/// Number `i` of a message's body, which has it.
+#[inline]
+fn real(body: &[u8], i: usize, big: bool) -> f64 {
+    let mut raw = [0; 8];
+    raw.copy_from_slice(&body[8 * i..8 * i + 8]);
+    if big {
+        f64::from_be_bytes(raw)
+    } else {
+        f64::from_le_bytes(raw)
+    }
+}
+
 #[inline]
 fn finish<'a>(sec: i64, nsec: u32, frame: &'a [u8], body: &[u8], big: bool) -> Option<Imu<'a>> {
     let body: &[u8; BODY] = body.try_into().ok()?;
-    let f = |i: usize| {
-        let mut raw = [0; 8];
-        raw.copy_from_slice(&body[8 * i..8 * i + 8]);
-        if big {
-            f64::from_be_bytes(raw)
-        } else {
-            f64::from_le_bytes(raw)
-        }
-    };
+    let f = |i: usize| real(body, i, big);
     Some(Imu {
         stamp_ns: sec * 1_000_000_000 + i64::from(nsec),
         frame,

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::time::Clock;
 use super::{ChannelHealth, robust};
-use crate::map::mapped::accel_unit_that_fits;
+use crate::map::hints::accel_unit_that_fits;
 use crate::{Issue, IssueKind, Log};
 
 /// Statistics of one channel.

@@ -1,7 +1,7 @@
 //! `--axes 'x=-y, y=x, z=z'`: remounting, a signed permutation of the axes of every triad.
 
 use super::columns::{AXES, clip};
-use crate::Error;
+use crate::{Channel, Error, Layout, Quantity};
 
 /// New axis k is `sign[k]` times old axis `from[k]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,10 +73,84 @@ impl AxisMap {
     }
 }
 
+/// Applies `--axes` to every triad.
+pub(super) fn remount(map: &AxisMap, layout: &mut Layout) -> Result<Vec<(usize, f64)>, Error> {
+    let mut mount: Vec<(usize, f64)> = (0..layout.channels.len()).map(|k| (k, 1.0)).collect();
+    let mut turned = Vec::new();
+    let old = layout.channels.clone();
+    for word in ["gyro", "accel", "gyro_rate"] {
+        let index: Vec<Option<usize>> = AXES
+            .iter()
+            .map(|a| layout.index(&format!("{word}_{a}")))
+            .collect();
+        if index.iter().all(Option::is_none) {
+            continue;
+        }
+        for k in 0..3 {
+            match (index[k], index[map.from[k]]) {
+                (Some(new), Some(from)) => {
+                    mount[new] = (from, map.sign[k]);
+                    let name = layout.channels[new].name.clone();
+                    layout.channels[new] = Channel {
+                        name,
+                        ..old[from].clone()
+                    };
+                }
+                (None, None) => {}
+                _ => {
+                    return Err(Error::data(format!("--axes needs all axes of {word}"))
+                        .advise("the log holds only some of them; leave --axes out"));
+                }
+            }
+        }
+        turned.push(word);
+    }
+    if turned.is_empty() {
+        return Err(Error::data(
+            "--axes has nothing to turn: the log has no triad",
+        ));
+    }
+    let mirror = if map.is_mirror() {
+        "; this mirrors the axes (left-handed)"
+    } else {
+        ""
+    };
+    if let Some(all) = &mut layout.covariances {
+        *all = all.map(|c| turned_covariance(map, &c));
+    }
+    layout
+        .notes
+        .push(format!("axes turned: {}{mirror}", map.words()));
+    debug_assert!(
+        layout
+            .channels
+            .iter()
+            .all(|c| c.quantity == Quantity::of(&c.name))
+    );
+    Ok(mount)
+}
+
+/// A covariance [xx xy xz yx …] in the new axes.
+fn turned_covariance(map: &AxisMap, old: &[f64; 9]) -> [f64; 9] {
+    std::array::from_fn(|k| {
+        let (i, j) = (k / 3, k % 3);
+        map.sign[i] * map.sign[j] * old[3 * map.from[i] + map.from[j]]
+    })
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
+
+    #[test]
+    fn covariances_turn_with_the_axes() {
+        let map = AxisMap::parse("x=-y, y=x").unwrap();
+        let old = [1.0, 2.0, 3.0, 2.0, 4.0, 5.0, 3.0, 5.0, 6.0];
+        // R C Rᵀ with R = [0 −1 0; 1 0 0; 0 0 1].
+        let new = [4.0, -2.0, -5.0, -2.0, 1.0, 3.0, -5.0, 3.0, 6.0];
+        assert_eq!(turned_covariance(&map, &old), new);
+    }
 
     #[test]
     fn maps_are_read_and_checked() {

@@ -29,6 +29,7 @@ pub(crate) struct RawLayout {
     pub(crate) topics: Vec<Topic>,
     pub(crate) topic: Option<String>,
     pub(crate) frame: Option<String>,
+    pub(crate) covariances: Option<[[f64; 9]; 2]>,
     pub(crate) samples: Option<u64>,
     pub(crate) notes: Vec<String>,
     /// Where the header stands, for errors ("line 1").

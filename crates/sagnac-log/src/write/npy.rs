@@ -8,24 +8,73 @@ use crate::{Block, Error, Layout, LogWriter, Stamp};
 /// Writes `.npy`.
 pub(crate) struct NpyWriter {
     output: Box<dyn WriteSeek>,
-    names: Vec<String>,
     header_length: usize,
+    rows: Rows,
+}
+
+/// Rows of a structured array as bytes, time first.
+pub(super) struct Rows {
+    names: Vec<String>,
     rate_hz: Option<f64>,
-    rows: u64,
+    written: u64,
     buffer: Vec<u8>,
     clock: SecondsClock,
 }
 
+impl Rows {
+    pub(super) fn new(layout: &Layout) -> Self {
+        Self {
+            names: super::headers(layout),
+            rate_hz: layout.rate_hz,
+            written: 0,
+            buffer: Vec::new(),
+            clock: SecondsClock::default(),
+        }
+    }
+
+    /// The header for the rows so far.
+    pub(super) fn header(&self) -> Vec<u8> {
+        header(&self.names, self.written)
+    }
+
+    /// Bytes of the rows so far.
+    pub(super) fn size(&self) -> u64 {
+        self.written * self.names.len() as u64 * 8
+    }
+
+    /// The rows of a block as bytes.
+    pub(super) fn bytes(&mut self, block: &Block) -> &[u8] {
+        self.buffer.clear();
+        for row in 0..block.rows {
+            let time = match block.stamps.get(row) {
+                Some(stamp) => self.clock.seconds(stamp),
+                None => self.written as f64 / self.rate_hz.unwrap_or(1.0),
+            };
+            self.buffer.extend_from_slice(&time.to_le_bytes());
+            for column in &block.columns {
+                self.buffer.extend_from_slice(&column[row].to_le_bytes());
+            }
+            self.written += 1;
+        }
+        &self.buffer
+    }
+
+    /// What the user has to be told.
+    pub(super) fn notes(&self) -> Vec<String> {
+        self.clock.note().into_iter().collect()
+    }
+}
+
 /// Stamps as f64 seconds: counted from the first where an f64 would lose more than 1 ns.
 #[derive(Debug, Default, Clone)]
-pub(crate) struct SecondsClock {
+struct SecondsClock {
     origin: Option<Stamp>,
     is_shifted: bool,
 }
 
 impl SecondsClock {
     /// The stamp in seconds of the column.
-    pub(crate) fn seconds(&mut self, stamp: Stamp) -> f64 {
+    fn seconds(&mut self, stamp: Stamp) -> f64 {
         if self.origin.is_none() {
             self.origin = Some(stamp);
             // Half an ulp of an f64 of 2^23 s is 0.93 ns.
@@ -38,7 +87,7 @@ impl SecondsClock {
     }
 
     /// What the user has to be told.
-    pub(crate) fn note(&self) -> Option<String> {
+    fn note(&self) -> Option<String> {
         let mut text = Vec::new();
         super::csv::push_stamp(&mut text, self.origin?);
         self.is_shifted.then(|| {
@@ -51,7 +100,7 @@ impl SecondsClock {
 }
 
 /// The header with room for any number of rows.
-pub(crate) fn header(names: &[String], rows: u64) -> Vec<u8> {
+fn header(names: &[String], rows: u64) -> Vec<u8> {
     let fields: Vec<String> = names
         .iter()
         .map(|n| format!("('{}', '<f8')", n.replace(['\'', '\\'], "_")))
@@ -72,45 +121,31 @@ pub(crate) fn header(names: &[String], rows: u64) -> Vec<u8> {
 
 impl NpyWriter {
     pub(crate) fn new(mut output: Box<dyn WriteSeek>, layout: &Layout) -> Result<Self, Error> {
-        let names = super::headers(layout);
-        let head = header(&names, 0);
+        let rows = Rows::new(layout);
+        let head = rows.header();
         output.write_all(&head).map_err(Error::write)?;
         Ok(Self {
             output,
-            names,
             header_length: head.len(),
-            rate_hz: layout.rate_hz,
-            rows: 0,
-            buffer: Vec::new(),
-            clock: SecondsClock::default(),
+            rows,
         })
     }
 }
 
 impl LogWriter for NpyWriter {
     fn write_block(&mut self, block: &Block) -> Result<(), Error> {
-        self.buffer.clear();
-        for row in 0..block.rows {
-            let time = match block.stamps.get(row) {
-                Some(stamp) => self.clock.seconds(stamp),
-                None => self.rows as f64 / self.rate_hz.unwrap_or(1.0),
-            };
-            self.buffer.extend_from_slice(&time.to_le_bytes());
-            for column in &block.columns {
-                self.buffer.extend_from_slice(&column[row].to_le_bytes());
-            }
-            self.rows += 1;
-        }
-        self.output.write_all(&self.buffer).map_err(Error::write)
+        self.output
+            .write_all(self.rows.bytes(block))
+            .map_err(Error::write)
     }
 
     fn finish(mut self: Box<Self>) -> Result<Vec<String>, Error> {
-        let head = header(&self.names, self.rows);
+        let head = self.rows.header();
         debug_assert_eq!(head.len(), self.header_length);
         self.output.seek(SeekFrom::Start(0)).map_err(Error::write)?;
         self.output.write_all(&head).map_err(Error::write)?;
         self.output.seek(SeekFrom::End(0)).map_err(Error::write)?;
         self.output.flush().map_err(Error::write)?;
-        Ok(self.clock.note().into_iter().collect())
+        Ok(self.rows.notes())
     }
 }

@@ -5,7 +5,7 @@ use std::io::{Seek, SeekFrom, Write};
 use flate2::Crc;
 
 use super::WriteSeek;
-use super::npy::{SecondsClock, header};
+use super::npy::Rows;
 use crate::{Block, Error, Layout, LogWriter};
 
 const NAME: &[u8] = b"log.npy";
@@ -15,11 +15,7 @@ const DATE: [u8; 4] = [0, 0, 0x21, 0];
 /// Writes `.npz`.
 pub(crate) struct NpzWriter {
     output: Box<dyn WriteSeek>,
-    names: Vec<String>,
-    rate_hz: Option<f64>,
-    rows: u64,
-    buffer: Vec<u8>,
-    clock: SecondsClock,
+    rows: Rows,
     sum: Crc,
 }
 
@@ -70,17 +66,13 @@ fn directory(sum: u32, size: u64, at: u64) -> Vec<u8> {
 
 impl NpzWriter {
     pub(crate) fn new(mut output: Box<dyn WriteSeek>, layout: &Layout) -> Result<Self, Error> {
-        let names = super::headers(layout);
+        let rows = Rows::new(layout);
         output
-            .write_all(&[local(0, 0), header(&names, 0)].concat())
+            .write_all(&[local(0, 0), rows.header()].concat())
             .map_err(Error::write)?;
         Ok(Self {
             output,
-            names,
-            rate_hz: layout.rate_hz,
-            rows: 0,
-            buffer: Vec::new(),
-            clock: SecondsClock::default(),
+            rows,
             sum: Crc::new(),
         })
     }
@@ -88,26 +80,14 @@ impl NpzWriter {
 
 impl LogWriter for NpzWriter {
     fn write_block(&mut self, block: &Block) -> Result<(), Error> {
-        self.buffer.clear();
-        for row in 0..block.rows {
-            let time = match block.stamps.get(row) {
-                Some(stamp) => self.clock.seconds(stamp),
-                None => self.rows as f64 / self.rate_hz.unwrap_or(1.0),
-            };
-            self.buffer.extend_from_slice(&time.to_le_bytes());
-            for column in &block.columns {
-                self.buffer.extend_from_slice(&column[row].to_le_bytes());
-            }
-            self.rows += 1;
-        }
-        self.sum.update(&self.buffer);
-        self.output.write_all(&self.buffer).map_err(Error::write)
+        let bytes = self.rows.bytes(block);
+        self.sum.update(bytes);
+        self.output.write_all(bytes).map_err(Error::write)
     }
 
     fn finish(mut self: Box<Self>) -> Result<Vec<String>, Error> {
-        let head = header(&self.names, self.rows);
-        let data = self.rows * self.names.len() as u64 * 8;
-        let size = head.len() as u64 + data;
+        let head = self.rows.header();
+        let size = head.len() as u64 + self.rows.size();
         let mut sum = Crc::new();
         sum.update(&head);
         sum.combine(&self.sum);
@@ -121,6 +101,6 @@ impl LogWriter for NpzWriter {
             .map_err(Error::write)?;
         self.output.seek(SeekFrom::End(0)).map_err(Error::write)?;
         self.output.flush().map_err(Error::write)?;
-        Ok(self.clock.note().into_iter().collect())
+        Ok(self.rows.notes())
     }
 }

@@ -1,12 +1,14 @@
 //! What the ROS writers share: rows as `sensor_msgs/Imu`, and what such a message cannot hold.
 //!
-//! Covariances are 0, which ROS reads as unknown; −1 where the log has no such triad (and for the orientation).
+//! Covariances are the layout's, else 0, which ROS reads as unknown; −1 where the log has no such triad (and for the
+//! orientation).
 
 use crate::{Block, Error, Layout, Stamp};
 
 /// Where the six values of a message stand in the block.
 pub(crate) struct ImuRows {
     columns: [Option<usize>; 6],
+    covariances: Option<[[f64; 9]; 2]>,
     rate_hz: Option<f64>,
     rows: u64,
     left_out: Vec<String>,
@@ -31,6 +33,7 @@ impl ImuRows {
         }
         Ok(Self {
             columns,
+            covariances: layout.covariances,
             rate_hz: layout.rate_hz,
             rows: 0,
             left_out: layout
@@ -73,6 +76,10 @@ impl ImuRows {
             let own = &self.columns[triad..triad + 3];
             if own.iter().all(Option::is_none) {
                 put(place + 3, -1.0);
+            } else if let Some(all) = &self.covariances {
+                for (j, v) in all[triad / 3].iter().enumerate() {
+                    put(place + 3 + j, *v);
+                }
             }
             for (j, column) in own.iter().enumerate() {
                 let value = match column {
@@ -88,7 +95,12 @@ impl ImuRows {
     /// What the user should be told.
     pub(crate) fn notes(&self) -> Vec<String> {
         let mut out = vec![format!(
-            "written as {TOPIC}, frame_id \"{FRAME}\"; covariances are 0, which ROS reads as unknown"
+            "written as {TOPIC}, frame_id \"{FRAME}\"; covariances are {}",
+            if self.covariances.is_some() {
+                "set, the same in every message"
+            } else {
+                "0, which ROS reads as unknown"
+            }
         )];
         if !self.left_out.is_empty() {
             out.push(format!(

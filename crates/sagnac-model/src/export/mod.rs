@@ -27,6 +27,7 @@ mod vins;
 
 pub(crate) use ardupilot::shifted;
 pub(crate) use mat5::read as read_mat;
+pub use ros_imu::ros_covariances;
 pub use source::{Number, Source};
 pub(crate) use text::number as yaml_number;
 

@@ -29,7 +29,8 @@ fn stem(name: &str) -> String {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let mut stem = file;
     for ending in [
-        ".gz", ".zst", ".csv", ".npy", ".npz", ".txt", ".bag", ".mcap", ".db3", ".ulg",
+        ".gz", ".zst", ".csv", ".npy", ".npz", ".txt", ".bag", ".mcap", ".db3", ".ulg", ".mat",
+        ".h5", ".hdf5", ".parquet",
     ] {
         stem = stem.strip_suffix(ending).unwrap_or(stem);
     }

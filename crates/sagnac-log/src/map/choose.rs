@@ -1,0 +1,343 @@
+//! Which columns of a source are which channels: as `--columns` says, by their names, or by the format's definition.
+
+use sagnac_model::units::{Dimension, Unit};
+
+use super::columns::{ColumnName, ColumnUnit, Group, Role, Scale, clip, scale, time_kind};
+use super::hints::{columns_place, describe, example_unit, triad_of, unknown_unit};
+use super::raw::{RawColumn, RawLayout};
+use crate::text::number::TimeKind;
+use crate::{Channel, Error, Layout};
+
+/// One output column before remounting.
+#[derive(Debug, Clone)]
+pub(super) struct Op {
+    pub(super) channel: Channel,
+    pub(super) column: usize,
+    pub(super) scale: Scale,
+    /// Accumulated values: differences are taken.
+    pub(super) accumulated: bool,
+}
+
+/// Column and kind of time, and the channels.
+pub(super) type Chosen = (Option<(usize, TimeKind)>, Vec<Op>);
+
+/// Channels and their sources as `--columns` says.
+pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Error> {
+    let mut time = None;
+    let mut ops = Vec::new();
+    for group in groups {
+        let place = format!("--columns, {}", group.role.channel(group.axis));
+        let sources = resolve(group, raw)?;
+        for &index in &sources {
+            if raw.columns.get(index).is_some_and(|c| c.is_text) && group.unit != ColumnUnit::Iso {
+                let name = describe(raw, index);
+                return Err(
+                    Error::data(format!("column {name} holds text, not numbers")).at(place),
+                );
+            }
+        }
+        let unit = match (
+            &group.unit,
+            sources.first().and_then(|&i| raw.columns.get(i)),
+        ) {
+            (
+                ColumnUnit::Missing,
+                Some(RawColumn {
+                    unit: Some(text), ..
+                }),
+            ) => ColumnUnit::Unit(
+                Unit::parse_scaled(text)
+                    .map_err(|e| unknown_unit(raw, group.role, &sources, &e.to_string()))?,
+            ),
+            (unit, _) => unit.clone(),
+        };
+        if group.role == Role::Time {
+            let kind = time_kind(&unit).map_err(|e| e.at(place))?;
+            time = sources.first().map(|&i| (i, kind));
+            continue;
+        }
+        let unit = match unit {
+            ColumnUnit::Missing if group.role == Role::Quaternion => {
+                ColumnUnit::Unit(Unit::si(Dimension::RATIO))
+            }
+            unit => unit,
+        };
+        let ColumnUnit::Unit(unit) = unit else {
+            return Err(unknown_unit(
+                raw,
+                group.role,
+                &sources,
+                "the unit is missing",
+            ));
+        };
+        let scale = scale(group.role, &unit).map_err(|e| e.at(place))?;
+        let axes: Vec<Option<usize>> = match group.axis {
+            None if group.role.has_axes() => (0..group.role.axes().len()).map(Some).collect(),
+            axis => vec![axis],
+        };
+        for (axis, &column) in axes.into_iter().zip(&sources) {
+            ops.push(op(group.role, axis, column, scale));
+        }
+    }
+    if ops.is_empty() {
+        return Err(Error::usage("no channel besides time is named")
+            .at("--columns")
+            .advise("write for instance --columns 'time=0:s, gyro=1,2,3:deg/s'"));
+    }
+    // Two channels of one source column would share its memory.
+    let mut used: Vec<usize> = ops
+        .iter()
+        .map(|o| o.column)
+        .chain(time.map(|t| t.0))
+        .collect();
+    used.sort_unstable();
+    if let Some(pair) = used.windows(2).find(|w| w[0] == w[1]) {
+        let name = describe(raw, pair[0]);
+        return Err(Error::usage(format!("column {name} is used twice")).at("--columns"));
+    }
+    Ok((time, ops))
+}
+
+fn op(role: Role, axis: Option<usize>, column: usize, scale: Scale) -> Op {
+    let accumulated = matches!(role, Role::Angle | Role::Speed);
+    let is_increment = scale.is_increment || accumulated;
+    let channel = if role.is_of_path() {
+        Channel::other(&role.channel(axis), &role.dimensions().0.si_unit())
+    } else {
+        Channel {
+            is_increment,
+            from_increments: is_increment,
+            ..Channel::named(&role.channel(axis))
+        }
+    };
+    Op {
+        channel,
+        column,
+        scale,
+        accumulated,
+    }
+}
+
+/// Indices of a group's columns.
+fn resolve(group: &Group, raw: &RawLayout) -> Result<Vec<usize>, Error> {
+    let one = |name: &ColumnName| -> Result<usize, Error> {
+        match name {
+            ColumnName::Index(i) => {
+                if *i < raw.columns.len() {
+                    return Ok(*i);
+                }
+                // A header may well be called "3".
+                if let Ok(i) = find(raw, &i.to_string()) {
+                    return Ok(i);
+                }
+                let n = raw.columns.len();
+                Err(Error::data(format!(
+                    "`{}` asks for column {i}, the log has {n} columns, 0 to {}",
+                    group.role.word(),
+                    n.saturating_sub(1)
+                ))
+                .at(columns_place(raw)))
+            }
+            ColumnName::Name(name) => find(raw, name),
+        }
+    };
+    let wants_three = group.role.has_axes() && group.axis.is_none();
+    if let (true, [single]) = (wants_three, group.sources.as_slice()) {
+        let name = single.to_string();
+        for pattern in ["[#]", "_#", ".#", " #"] {
+            let axes = group.role.axes();
+            let names: Vec<String> = (0..axes.len())
+                .map(|k| {
+                    let part = if pattern == "[#]" {
+                        k.to_string()
+                    } else {
+                        axes[k].to_owned()
+                    };
+                    format!("{name}{}", pattern.replace('#', &part))
+                })
+                .collect();
+            let found: Result<Vec<usize>, Error> = names.iter().map(|n| find(raw, n)).collect();
+            if let Ok(found) = found {
+                if pattern == "[#]" && find(raw, &format!("{name}[{}]", axes.len())).is_ok() {
+                    return Err(Error::data(format!(
+                        "array `{}` has more than {} columns",
+                        clip(&name),
+                        if axes.len() == 3 { "three" } else { "four" }
+                    ))
+                    .at(columns_place(raw))
+                    .advise(format!(
+                        "name three of them: {}={name}[0],{name}[1],{name}[2]",
+                        group.role.word()
+                    )));
+                }
+                return Ok(found);
+            }
+        }
+        return match one(single) {
+            Ok(_) => Err(Error::usage(format!(
+                "`{}` takes three columns, got 1",
+                group.role.word()
+            ))
+            .at("--columns")),
+            Err(e) => Err(e),
+        };
+    }
+    group.sources.iter().map(one).collect()
+}
+
+fn find(raw: &RawLayout, name: &str) -> Result<usize, Error> {
+    let mut hits = raw.columns.iter().enumerate().filter(|(_, c)| {
+        c.name == name
+            || c.unit.as_ref().is_some_and(|u| {
+                name.strip_prefix(c.name.as_str())
+                    .is_some_and(|r| r.trim() == format!("[{u}]"))
+            })
+    });
+    match (hits.next(), hits.next()) {
+        (Some((i, _)), None) => Ok(i),
+        (Some(_), Some(_)) => Err(
+            Error::data(format!("two columns are called `{}`", clip(name)))
+                .at(columns_place(raw))
+                .advise("name them by index, counting from 0"),
+        ),
+        (None, _) => {
+            let error = Error::data(format!("the log has no column `{}`", clip(name)))
+                .at(columns_place(raw));
+            let near = raw
+                .columns
+                .iter()
+                .find(|c| c.name.eq_ignore_ascii_case(name) || c.name.trim() == name.trim());
+            Err(match near {
+                Some(c) => error.advise(format!("did you mean `{}`?", c.name)),
+                None => error,
+            })
+        }
+    }
+}
+
+/// Channels by the names of the columns, or by the format's own definition.
+pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
+    let mut time = None;
+    let mut ops: Vec<Op> = Vec::new();
+    let mut known = 0;
+    for (index, column) in raw.columns.iter().enumerate() {
+        let name = column.channel.as_deref().unwrap_or(&column.name);
+        let role = Role::parse(name).filter(|(r, a)| {
+            // Only full channel names: `gyro` alone is no channel, accumulated angles are for --columns.
+            a.is_some() == r.has_axes()
+                && !matches!(r, Role::Angle | Role::Speed)
+                && !r.is_of_path()
+        });
+        let Some((role, axis)) = role else {
+            if column.is_text {
+                continue;
+            }
+            let unit = column.unit.clone().unwrap_or_default();
+            let channel = Channel::other(&column.name, &unit);
+            ops.push(Op {
+                channel,
+                column: index,
+                scale: Scale {
+                    factor: 1.0,
+                    offset: 0.0,
+                    is_increment: false,
+                },
+                accumulated: false,
+            });
+            continue;
+        };
+        let place = |raw: &RawLayout| {
+            let head = raw
+                .header_place
+                .clone()
+                .map(|p| p + ": ")
+                .unwrap_or_default();
+            let unit = column
+                .unit
+                .as_ref()
+                .map(|u| format!(" [{}]", clip(u)))
+                .unwrap_or_default();
+            format!("{head}{}{unit}", column.name)
+        };
+        let Some(text) = &column.unit else {
+            let triad = triad_of(raw, role, axis, index);
+            return Err(unknown_unit(raw, role, &triad, ""));
+        };
+        let Ok(unit) = Unit::parse_scaled(text) else {
+            let (dimension, _) = role.dimensions();
+            return Err(
+                Error::data(format!("the unit of column `{}` is not known", column.name))
+                    .at(place(raw))
+                    .advise(format!(
+                        "write {}, for instance {} [{}]",
+                        dimension.words(),
+                        column.name,
+                        example_unit(role)
+                    )),
+            );
+        };
+        if column.is_text && role != Role::Time {
+            return Err(
+                Error::data(format!("column `{}` holds text, not numbers", column.name))
+                    .at(place(raw)),
+            );
+        }
+        let scale = scale(role, &unit).map_err(|e| {
+            let advice = format!(
+                "write for instance {} [{}]",
+                column.name,
+                example_unit(role)
+            );
+            Error::data(e.to_string()).at(place(raw)).advise(advice)
+        })?;
+        known += 1;
+        if role == Role::Time {
+            if time.is_some() {
+                return Err(Error::data("two columns are called `time`").at(columns_place(raw)));
+            }
+            time = Some((index, TimeKind::of_factor(scale.factor)));
+        } else {
+            ops.push(op(role, axis, index, scale));
+        }
+    }
+    if known == 0 {
+        return Err(Error::data("no column of the log is a channel by its name")
+            .at(columns_place(raw))
+            .advise("say what they are, for instance --columns 'time=0:s, gyro=1,2,3:deg/s, accel=4,5,6:g'"));
+    }
+    for (i, op) in ops.iter().enumerate() {
+        if ops[..i].iter().any(|o| o.channel.name == op.channel.name) {
+            return Err(Error::data(format!(
+                "two columns are called `{}`",
+                clip(&op.channel.name)
+            ))
+            .at(columns_place(raw)));
+        }
+    }
+    if ops.is_empty() {
+        return Err(Error::data("the log has no channel besides time").at(columns_place(raw)));
+    }
+    Ok((time, ops))
+}
+
+/// Notes which channels were increments in the source.
+pub(super) fn say_increments(ops: &[Op], layout: &mut Layout) {
+    let names = |wanted: fn(&Op) -> bool| {
+        let list: Vec<&str> = ops
+            .iter()
+            .filter(|o| wanted(o))
+            .map(|o| o.channel.name.as_str())
+            .collect();
+        (!list.is_empty()).then(|| list.join(", "))
+    };
+    if let Some(list) = names(|o| o.accumulated) {
+        layout.notes.push(format!(
+            "{list}: accumulated values, differenced and divided by dt"
+        ));
+    }
+    if let Some(list) = names(|o| o.channel.from_increments && !o.accumulated) {
+        layout
+            .notes
+            .push(format!("{list}: increments, divided by dt"));
+    }
+}
