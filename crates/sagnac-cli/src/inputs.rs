@@ -84,9 +84,13 @@ pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
 impl LogOptions {
     /// Whether any was given.
     pub(crate) fn is_any(&self) -> bool {
+        self.rate.is_some() || self.is_beyond_rate()
+    }
+
+    /// Whether any but the rate was given.
+    pub(crate) fn is_beyond_rate(&self) -> bool {
         [
             &self.columns,
-            &self.rate,
             &self.topic,
             &self.start,
             &self.end,

@@ -4,15 +4,19 @@ use std::path::PathBuf;
 
 use sagnac::Error;
 use sagnac::audit::{AuditRequest, audit};
-use sagnac::model::units::Dimension;
+use sagnac::characterize::{Request, characterize};
 
+use crate::commands::characterize::read_all;
 use crate::context::Context;
+use crate::inputs::LogOptions;
 use crate::outputs::{Output, publish_all};
 use crate::{inputs, models};
 
 /// Is somebody's noise file right?
 #[derive(clap::Args)]
-#[command(after_help = "Example\n  sagnac audit imu.yaml --model catalog:ADIS16448")]
+#[command(
+    after_help = "Examples\n  sagnac audit imu.yaml --model catalog:ADIS16448\n  sagnac audit imu.yaml --log static.bag --topic /imu -o corrected.yaml"
+)]
 pub(crate) struct Args {
     /// A noise file of Kalibr, OpenVINS, VINS, ORB-SLAM3, Kimera, basalt, …
     #[arg(value_name = "FILE")]
@@ -20,9 +24,9 @@ pub(crate) struct Args {
     /// Its format [default: known by its keys]
     #[arg(long, value_name = "NAME")]
     from: Option<String>,
-    /// Sampling rate, where the file does not say it
-    #[arg(long, value_name = "RATE")]
-    rate: Option<String>,
+    /// A log at rest to compare with: what it shows is the reference
+    #[arg(long, value_name = "LOG", conflicts_with = "model")]
+    log: Option<PathBuf>,
     /// A model to compare with: a file, or catalog:NAME
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
@@ -32,6 +36,8 @@ pub(crate) struct Args {
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    options: LogOptions,
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
@@ -41,16 +47,18 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .map(str::parse)
         .transpose()
         .map_err(|error| Error::from(error).at("--from"))?;
-    let rate_hz = args
-        .rate
-        .as_deref()
-        .map(|text| crate::quantities::positive("--rate", text, Dimension::FREQUENCY))
-        .transpose()?;
-    if args.output.is_some() && args.model.is_none() {
+    // --rate is also that of a file which does not say its own.
+    let options = args.options.read_options()?;
+    if args.log.is_none() && args.options.is_beyond_rate() {
+        return Err(Error::usage("options on reading need a log")
+            .at("audit")
+            .advise("add --log static.csv"));
+    }
+    if args.output.is_some() && args.model.is_none() && args.log.is_none() {
         return Err(
             Error::usage("a corrected file needs something to correct by")
                 .at("-o")
-                .advise("add --model imu.toml"),
+                .advise("add --log static.csv or --model imu.toml"),
         );
     }
     let output = args
@@ -58,11 +66,18 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .as_deref()
         .map(|path| Output::claim(path, "audit -o", args.force))
         .transpose()?;
-    let reference = args.model.as_deref().map(models::load).transpose()?;
+    let reference = match (&args.log, &args.model) {
+        (Some(log), _) => {
+            let logs = read_all(std::slice::from_ref(log), &args.options, context)?;
+            Some(characterize(&logs, &Request::default())?.to_model()?)
+        }
+        (None, Some(name)) => Some(models::load(name)?),
+        (None, None) => None,
+    };
     let bytes = inputs::bytes(&args.file)?;
     let request = AuditRequest {
         from,
-        rate_hz,
+        rate_hz: options.rate_hz,
         reference: reference.as_ref(),
     };
     let outcome = audit(&bytes, &args.file.display().to_string(), &request)?;

@@ -17,6 +17,7 @@ mod export;
 pub(crate) mod grade;
 mod import;
 mod info;
+mod man;
 mod plan;
 mod response;
 mod simulate;
@@ -47,6 +48,8 @@ pub(crate) enum Command {
     Drift(drift::Args),
     Grade(grade::Args),
     Info(info::Args),
+    #[command(hide = true)]
+    Man(man::Args),
     Plan(plan::Args),
     Correct(correct::Args),
     Explain(explain::Args),
@@ -73,6 +76,7 @@ pub(crate) fn run(command: Command, context: &Context) -> Result<(), Error> {
         Command::Drift(args) => drift::run(&args, context),
         Command::Grade(args) => grade::run(&args, context),
         Command::Info(args) => info::run(&args, context),
+        Command::Man(args) => man::run(&args, context),
         Command::Plan(args) => plan::run(&args, context),
         Command::Simulate(args) => simulate::run(&args, context),
         Command::Correct(args) => correct::run(&args, context),

@@ -178,6 +178,16 @@ impl Parquet {
             self.group += 1;
             self.left = u64::try_from(group.metadata().num_rows()).unwrap_or(0);
             for wanted in &mut self.wanted {
+                // The decoder takes it for granted that no place in the file is negative.
+                let place = group.metadata().column(wanted.column);
+                let start = place
+                    .dictionary_page_offset()
+                    .unwrap_or(place.data_page_offset());
+                if start < 0 || place.compressed_size() < 0 {
+                    return Err(damaged(&ParquetError::General(
+                        "a column stands before the file's beginning".to_owned(),
+                    )));
+                }
                 let reader = group.get_column_reader(wanted.column);
                 wanted.reader = Some(reader.map_err(|e| damaged(&e))?);
             }
