@@ -137,7 +137,7 @@ acceleration_random_walk = "1e-4 m/s^3/sqrt(Hz)"
 def planted(folder):
     (folder / "model.toml").write_text(MODEL)
     subprocess.run([PROGRAM, "simulate", folder / "model.toml", "--rest", "2h", "--noise", "white,random_walk", "--seed", "1",
-                    "-o", folder / "log.npy", "--quiet", "--force"], check=True)
+                    "-o", folder / "log.npy", "--quiet", "--force"], check=True, capture_output=True)
     right, root = (2e-4, 1e-5, 1.9e-3, 1e-4), 200 ** 0.5
     cases = [("the right file", None, None, right)]
     for which, factor, mistake, what in [

@@ -44,7 +44,7 @@ fn pages(command: &Command, above: &str) -> Result<Vec<(String, Vec<u8>)>, Error
         format!("{above}-{}", command.get_name())
     };
     let mut page = Vec::new();
-    Man::new(command.clone().display_name(&name).name(name.clone()))
+    Man::new(command.clone().display_name(&name))
         .render(&mut page)
         .map_err(|error| Error::data(format!("the page of {name} cannot be made: {error}")))?;
     let mut out = vec![(name.clone(), page)];

@@ -311,7 +311,8 @@ pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
                 "two columns are called `{}`",
                 clip(&op.channel.name)
             ))
-            .at(columns_place(raw)));
+            .at(columns_place(raw))
+            .advise("name them by index, counting from 0, for instance --columns 'time=0:s, gyro=1,2,3:rad/s'"));
         }
     }
     if ops.is_empty() {
