@@ -3,7 +3,10 @@
 //! Names may carry units as the CSV header's do (`gyro_x [rad/s]`); time stamps of the format's own kind have theirs.
 //! A null is no number.
 
+use std::cell::Cell;
 use std::io::{BufReader, Read};
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Once;
 
 use bytes::Bytes;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
@@ -63,6 +66,31 @@ fn damaged(error: &ParquetError) -> Error {
     ))
 }
 
+/// Calls the decoder, some of whose assertions damaged files reach: such a panic is an error, and nothing is printed.
+///
+/// The first call wraps the panic hook of the process by one that keeps still inside the decoder alone.
+fn guarded<T>(act: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    thread_local! {
+        static INSIDE: Cell<bool> = const { Cell::new(false) };
+    }
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let before = panic::take_hook();
+        panic::set_hook(Box::new(move |about| {
+            if !INSIDE.get() {
+                before(about);
+            }
+        }));
+    });
+    INSIDE.set(true);
+    let outcome = panic::catch_unwind(AssertUnwindSafe(act));
+    INSIDE.set(false);
+    outcome.unwrap_or_else(|_| {
+        let text = "its pages contradict one another".to_owned();
+        Err(ParquetError::General(text))
+    })
+}
+
 /// Unit of a column of the format's own time stamps.
 fn stamp_unit(column: &ColumnDescriptor) -> Option<&'static str> {
     match (column.logical_type_ref(), column.converted_type()) {
@@ -107,7 +135,8 @@ impl Parquet {
         };
         let file = Shared::new(file);
         let length = file.length().map_err(Error::read)?;
-        let file = SerializedFileReader::new(Pieces { file, length }).map_err(|e| damaged(&e))?;
+        let file = guarded(|| SerializedFileReader::new(Pieces { file, length }))
+            .map_err(|e| damaged(&e))?;
         let (mut places, mut columns, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         let metadata = file.metadata().file_metadata();
         for (place, column) in metadata.schema_descr().columns().iter().enumerate() {
@@ -178,17 +207,7 @@ impl Parquet {
             self.group += 1;
             self.left = u64::try_from(group.metadata().num_rows()).unwrap_or(0);
             for wanted in &mut self.wanted {
-                // The decoder takes it for granted that no place in the file is negative.
-                let place = group.metadata().column(wanted.column);
-                let start = place
-                    .dictionary_page_offset()
-                    .unwrap_or(place.data_page_offset());
-                if start < 0 || place.compressed_size() < 0 {
-                    return Err(damaged(&ParquetError::General(
-                        "a column stands before the file's beginning".to_owned(),
-                    )));
-                }
-                let reader = group.get_column_reader(wanted.column);
+                let reader = guarded(|| group.get_column_reader(wanted.column));
                 wanted.reader = Some(reader.map_err(|e| damaged(&e))?);
             }
         }
@@ -243,7 +262,7 @@ impl RawReader for Parquet {
             };
             let (levels, most) = (&mut wanted.levels, wanted.most_defined);
             let unsigned = wanted.unsigned;
-            let result = match &mut wanted.reader {
+            let result = guarded(|| match &mut wanted.reader {
                 Some(ColumnReader::BoolColumnReader(r)) => take(r, n, levels, most, |v| {
                     sink.put(v.map(i64::from), f64::from(u8::from(v.unwrap_or(false))));
                 }),
@@ -267,7 +286,7 @@ impl RawReader for Parquet {
                     sink.put(None, v.unwrap_or(f64::NAN));
                 }),
                 _ => Ok(0),
-            };
+            });
             match result {
                 Ok(got) if got == n => {}
                 Ok(_) => {
