@@ -255,26 +255,56 @@ fn run_body(filter: &mut Filter, normals: &Frame, out: &mut Frame) {
 #[inline(always)]
 fn run_blocks<const BLOCKS: usize>(filter: &mut Filter, normals: &Frame, out: &mut Frame) {
     let mut state: [[f64; LANES]; BLOCKS] = core::array::from_fn(|b| filter.state[b]);
-    let phi: [[f64; LANES]; BLOCKS] = core::array::from_fn(|b| filter.phi[b]);
-    let residue: [[f64; LANES]; BLOCKS] = core::array::from_fn(|b| filter.residue[b]);
-    let groups = normals.as_chunks::<LANES>().0;
-    for (normals, out) in groups.iter().zip(out.as_chunks_mut::<LANES>().0) {
-        let mut sums = [[0.0; LANES]; LANES];
-        for k in 0..LANES {
-            let e = normals[k];
-            for b in 0..BLOCKS {
-                for lane in 0..LANES {
-                    let part = residue[b][lane] * state[b][lane];
-                    sums[k][lane] = if b == 0 { part } else { sums[k][lane] + part };
-                    state[b][lane] = phi[b][lane] * state[b][lane] + e;
-                }
+    // φ … φ⁴ and r … rφ³ of every state.
+    let mut phi = [[[0.0; LANES]; BLOCKS]; LANES];
+    let mut residue = [[[0.0; LANES]; LANES]; BLOCKS];
+    phi[0] = core::array::from_fn(|b| filter.phi[b]);
+    for b in 0..BLOCKS {
+        for lane in 0..LANES {
+            residue[b][lane][0] = filter.residue[b][lane];
+            for k in 1..LANES {
+                phi[k][b][lane] = phi[k - 1][b][lane] * filter.phi[b][lane];
+                residue[b][lane][k] = residue[b][lane][k - 1] * filter.phi[b][lane];
             }
         }
-        // The four sums across lanes at once, as a transposition.
-        for k in 0..LANES {
-            let sum = (sums[k][0] + sums[k][2]) + (sums[k][1] + sums[k][3]);
-            out[k] += filter.direct * normals[k] + sum;
+    }
+    // What the last m samples of a group add to a place in it: G, Σr, Σrφ, Σrφ².
+    let lags: [[f64; LANES]; LANES] = core::array::from_fn(|m| {
+        let value = match m {
+            0 => filter.direct,
+            _ => residue.as_flattened().iter().map(|of| of[m - 1]).sum(),
+        };
+        core::array::from_fn(|k| if k >= m { value } else { 0.0 })
+    });
+    let mut back = [0.0; LANES];
+    let groups = normals.as_chunks::<LANES>().0;
+    for (e, out) in groups.iter().zip(out.as_chunks_mut::<LANES>().0) {
+        let line: [f64; 2 * LANES] =
+            core::array::from_fn(|k| if k < LANES { back[k] } else { e[k - LANES] });
+        let mut sums = [[0.0; LANES]; 2];
+        for m in 0..LANES {
+            for k in 0..LANES {
+                sums[m % 2][k] += lags[m][k] * line[LANES + k - m];
+            }
         }
+        for i in 0..LANES * BLOCKS {
+            let (b, lane) = (i / LANES, i % LANES);
+            for k in 0..LANES {
+                sums[i % 2][k] += residue[b][lane][k] * state[b][lane];
+            }
+        }
+        for b in 0..BLOCKS {
+            // s ← φ⁴s + φ³e₀ + φ²e₁ + φe₂ + e₃: one step of waiting for four samples.
+            for lane in 0..LANES {
+                let driven = (phi[2][b][lane] * e[0] + phi[1][b][lane] * e[1])
+                    + (phi[0][b][lane] * e[2] + e[3]);
+                state[b][lane] = phi[3][b][lane] * state[b][lane] + driven;
+            }
+        }
+        for k in 0..LANES {
+            out[k] += sums[0][k] + sums[1][k];
+        }
+        back = *e;
     }
     filter.state[..BLOCKS].copy_from_slice(&state);
 }

@@ -1,7 +1,7 @@
 //! Samples are made in frames of 256, so that no sample depends on how a caller cuts its blocks.
 //!
-//! Also the first-order recursion y_k = φ y_{k−1} + u_k, by prefix sums in groups of eight: the
-//! chain of dependent operations is eight times shorter, the result the same on every processor.
+//! Also the first-order recursion y_k = φ y_{k−1} + u_k, in groups of four: the chain of dependent
+//! operations is four times shorter, the result the same on every processor.
 
 use crate::dispatch::dispatch;
 use crate::gaussian::transform;
@@ -24,8 +24,6 @@ pub trait Generator {
 pub struct Scratch {
     pub(crate) words: [u64; BLOCK],
     pub(crate) normals: Frame,
-    first: [f64; FRAME + MARGIN],
-    second: [f64; FRAME + MARGIN],
 }
 
 impl Default for Scratch {
@@ -33,8 +31,6 @@ impl Default for Scratch {
         Self {
             words: [0; BLOCK],
             normals: [0.0; FRAME],
-            first: [0.0; FRAME + MARGIN],
-            second: [0.0; FRAME + MARGIN],
         }
     }
 }
@@ -47,77 +43,6 @@ impl Scratch {
     }
 }
 
-/// Zeros in front of a frame serve the looks back.
-const MARGIN: usize = 4;
-
-const GROUP: usize = 8;
-
-/// The recursion y_k = φ y_{k−1} + u_k.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FirstOrder {
-    /// φ, φ², φ⁴ where the sample that far back is in the same group, else 0.
-    steps: [[f64; GROUP]; 3],
-    /// φ, φ² … φ⁸.
-    powers: [f64; GROUP],
-    last: f64,
-}
-
-impl FirstOrder {
-    pub(crate) fn new(phi: f64) -> Self {
-        let phi2 = phi * phi;
-        let phi4 = phi2 * phi2;
-        let step = |back: usize, factor: f64| {
-            core::array::from_fn(|k| if k >= back { factor } else { 0.0 })
-        };
-        let mut powers = [phi; GROUP];
-        for k in 1..GROUP {
-            powers[k] = powers[k - 1] * phi;
-        }
-        Self {
-            steps: [step(1, phi), step(2, phi2), step(4, phi4)],
-            powers,
-            last: 0.0,
-        }
-    }
-}
-
-/// Runs the recursion on u, which stands in `first` behind its margin, and adds y to `out`.
-#[inline(always)]
-fn add_recursion_body(filter: &mut FirstOrder, scratch: &mut Scratch, out: &mut Frame) {
-    look_back::<1>(&filter.steps[0], &scratch.first, &mut scratch.second);
-    look_back::<2>(&filter.steps[1], &scratch.second, &mut scratch.first);
-    look_back::<4>(&filter.steps[2], &scratch.first, &mut scratch.second);
-    let mut last = filter.last;
-    let groups = scratch.second[MARGIN..].as_chunks::<GROUP>().0;
-    for (group, out) in groups.iter().zip(out.as_chunks_mut::<GROUP>().0) {
-        for k in 0..GROUP {
-            out[k] += group[k] + filter.powers[k] * last;
-        }
-        last = group[GROUP - 1] + filter.powers[GROUP - 1] * last;
-    }
-    filter.last = last;
-}
-
-#[inline(always)]
-fn look_back<const BACK: usize>(
-    factors: &[f64; GROUP],
-    from: &[f64; FRAME + MARGIN],
-    to: &mut [f64; FRAME + MARGIN],
-) {
-    let mut at = MARGIN;
-    while at < FRAME + MARGIN {
-        for k in 0..GROUP {
-            to[at + k] = from[at + k] + factors[k] * from[at + k - BACK];
-        }
-        at += GROUP;
-    }
-}
-
-dispatch! {
-    fn add_recursion(filter: &mut FirstOrder, scratch: &mut Scratch, out: &mut Frame)
-        = add_recursion_body;
-}
-
 /// An ARMA(1, 1) process started at its first sample: y_k = φ y_{k−1} + u_k where u has the
 /// variance V (v₁ for the first) and the covariance c between neighbours. By the innovations
 /// recursion (`[BrockwellDavis]` 5.2) u_k = √v_k e_k + (c/√v_{k−1}) e_{k−1}, v_k = V − c²/v_{k−1}:
@@ -125,15 +50,28 @@ dispatch! {
 #[derive(Debug, Clone)]
 pub(crate) struct OneNormal {
     stream: Stream,
-    filter: FirstOrder,
+    phi: f64,
+    first_variance: f64,
     variance: f64,
     covariance: f64,
-    /// √v_k of the next sample, and c/√v_{k−1}.
-    gain: f64,
-    carry: f64,
-    last_normal: f64,
-    settled: bool,
+    /// The recursion with the v that v_k tends to, from the second frame on.
+    settled: Option<Settled>,
 }
+
+/// The recursion in groups: y_j = φ^(j+1) y₋₁ + Σ_m c_mj e_{j−m}, so that what a group waits for
+/// is one multiplication and one addition. The numbers do not depend on the processor.
+#[derive(Debug, Clone, Copy)]
+struct Settled {
+    /// c_mj: lag m, place j in the group; 0 where e_{j−m} belongs to a group further back.
+    lags: [[f64; GROUP]; GROUP + 1],
+    /// φ, φ² … of the places.
+    powers: [f64; GROUP],
+    /// y and e of the sample before.
+    last: f64,
+    last_normal: f64,
+}
+
+const GROUP: usize = 4;
 
 impl OneNormal {
     pub(crate) fn new(
@@ -145,13 +83,52 @@ impl OneNormal {
     ) -> Self {
         Self {
             stream,
-            filter: FirstOrder::new(phi),
+            phi,
+            first_variance,
             variance,
             covariance,
-            gain: libm::sqrt(first_variance),
-            carry: 0.0,
-            last_normal: 0.0,
-            settled: false,
+            settled: None,
+        }
+    }
+
+    /// The first frame, sample by sample: within it v_k converges, its error shrinks by more than
+    /// ten a sample.
+    fn first_frame(&self, normals: &Frame, out: &mut Frame) -> Settled {
+        let (mut gain, mut carry) = (libm::sqrt(self.first_variance), 0.0);
+        let (mut last, mut last_normal) = (0.0, 0.0);
+        for (out, normal) in out.iter_mut().zip(normals) {
+            last = self.phi * last + (gain * normal + carry * last_normal);
+            *out += last;
+            last_normal = *normal;
+            carry = self.covariance / gain;
+            gain = libm::sqrt(self.variance - carry * carry);
+        }
+        let mut powers = [self.phi; GROUP];
+        for k in 1..GROUP {
+            powers[k] = powers[k - 1] * self.phi;
+        }
+        let mut lags = [[0.0; GROUP]; GROUP + 1];
+        for (m, lag) in lags.iter_mut().enumerate() {
+            for (j, c) in lag.iter_mut().enumerate() {
+                // φ^m √v + φ^(m−1) c/√v; of e₋₁, m = j + 1, the second part alone.
+                let own = if m == 0 { 1.0 } else { powers[m - 1] } * gain;
+                let next = match m {
+                    0 => 0.0,
+                    1 => carry,
+                    _ => powers[m - 2] * carry,
+                };
+                *c = match m.cmp(&(j + 1)) {
+                    core::cmp::Ordering::Less => own + next,
+                    core::cmp::Ordering::Equal => next,
+                    core::cmp::Ordering::Greater => 0.0,
+                };
+            }
+        }
+        Settled {
+            lags,
+            powers,
+            last,
+            last_normal,
         }
     }
 }
@@ -159,36 +136,45 @@ impl OneNormal {
 impl Generator for OneNormal {
     fn add_frame(&mut self, frame: &mut Frame, scratch: &mut Scratch) {
         scratch.next_normals(&mut self.stream);
-        if self.settled {
-            moving_average(self.gain, self.carry, self.last_normal, scratch);
-        } else {
-            // v_k converges within this frame: its error shrinks by more than ten a sample.
-            let mut last = 0.0;
-            for (driven, normal) in scratch.first[MARGIN..].iter_mut().zip(&scratch.normals) {
-                *driven = self.gain * normal + self.carry * last;
-                last = *normal;
-                self.carry = self.covariance / self.gain;
-                self.gain = libm::sqrt(self.variance - self.carry * self.carry);
+        match &mut self.settled {
+            Some(settled) => {
+                add_recursion(settled, &scratch.normals, frame);
             }
-            self.settled = true;
+            None => self.settled = Some(self.first_frame(&scratch.normals, frame)),
         }
-        self.last_normal = scratch.normals[FRAME - 1];
-        add_recursion(&mut self.filter, scratch, frame);
     }
 }
 
 #[inline(always)]
-fn moving_average_body(gain: f64, carry: f64, before: f64, scratch: &mut Scratch) {
-    scratch.first[MARGIN] = gain * scratch.normals[0] + carry * before;
-    for (out, pair) in scratch.first[MARGIN + 1..]
-        .iter_mut()
-        .zip(scratch.normals.windows(2))
+fn add_recursion_body(filter: &mut Settled, normals: &Frame, out: &mut Frame) {
+    let Settled { lags, powers, .. } = *filter;
+    let mut last = filter.last;
+    let mut back = [filter.last_normal; GROUP];
+    for (e, out) in normals
+        .as_chunks::<GROUP>()
+        .0
+        .iter()
+        .zip(out.as_chunks_mut::<GROUP>().0)
     {
-        *out = gain * pair[1] + carry * pair[0];
+        // e₋₄ … e₃
+        let line: [f64; 2 * GROUP] =
+            core::array::from_fn(|k| if k < GROUP { back[k] } else { e[k - GROUP] });
+        let mut sum = [0.0; GROUP];
+        for j in 0..GROUP {
+            let of = |m: usize| lags[m][j] * line[GROUP + j - m];
+            sum[j] = ((of(0) + of(1)) + (of(2) + of(3))) + of(4);
+        }
+        for j in 0..GROUP {
+            out[j] += sum[j] + powers[j] * last;
+        }
+        last = sum[GROUP - 1] + powers[GROUP - 1] * last;
+        back = *e;
     }
+    filter.last = last;
+    filter.last_normal = normals[FRAME - 1];
 }
 
 dispatch! {
-    fn moving_average(gain: f64, carry: f64, before: f64, scratch: &mut Scratch)
-        = moving_average_body;
+    fn add_recursion(filter: &mut Settled, normals: &Frame, out: &mut Frame)
+        = add_recursion_body;
 }
