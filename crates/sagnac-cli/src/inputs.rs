@@ -115,6 +115,7 @@ impl LogOptions {
             end_s: optional("--end", self.end.as_deref(), Dimension::TIME)?,
             axes: self.axes.clone(),
             any_topic: false,
+            keep_others: false,
             threads: rayon::current_num_threads(),
         })
     }
@@ -122,6 +123,15 @@ impl LogOptions {
     /// Opens a log by name; `-` is standard input.
     pub(crate) fn open(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
         open_with(path, &self.read_options()?, self.hashes.as_ref())
+    }
+
+    /// Opens a log with the columns that `--columns` does not name, too.
+    pub(crate) fn open_whole(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
+        let options = ReadOptions {
+            keep_others: true,
+            ..self.read_options()?
+        };
+        open_with(path, &options, self.hashes.as_ref())
     }
 
     /// Opens a log for a look at it: of several topics the first.

@@ -264,6 +264,133 @@ fn gaps_in_the_inputs_are_warned_of() {
 }
 
 #[test]
+fn repeated_and_backward_stamps_are_told_as_what_they_are() {
+    let folder = folder(|k, row| match k {
+        30 => row[0] = "0.3".to_owned(),
+        60 => row[0] = "0.2".to_owned(),
+        _ => {}
+    });
+    let inputs = [
+        "simulate",
+        "part.toml",
+        "--inputs",
+        "log.csv",
+        "-o",
+        "sim.csv",
+    ];
+    for args in [&inputs[..], &CORRECT] {
+        for word in [
+            "1 time stamp equal to the one before, in row 31",
+            "1 time stamp earlier than the one before, in row 61",
+        ] {
+            said(folder.path(), args, word);
+            for name in ["sim.csv", "out.csv"] {
+                let _ = fs::remove_file(folder.path().join(name));
+            }
+        }
+    }
+}
+
+#[test]
+fn options_that_would_be_ignored_are_refused_or_told() {
+    let folder = folder(|_, _| {});
+    let of = |text: &str| -> Vec<String> { text.split(' ').map(str::to_owned).collect() };
+    for (command, word) in [
+        (
+            "simulate part.toml --rest 1s --duration 2s -o a.csv",
+            "--duration",
+        ),
+        (
+            "simulate part.toml --inputs log.csv --duration 2s -o a.csv",
+            "--duration",
+        ),
+        ("correct part.toml --emit c -o part.toml", "is a file"),
+        ("correct part.toml --emit c --rate 9Hz -o source", "--emit"),
+    ] {
+        let args = of(command);
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        refused(folder.path(), &args, 2, word);
+    }
+    said(
+        folder.path(),
+        &[
+            "simulate",
+            "part.toml",
+            "--inputs",
+            "log.csv",
+            "--temperature",
+            "40 degC",
+            "-o",
+            "warm.csv",
+        ],
+        "--temperature counts in place of the temperature in log.csv",
+    );
+}
+
+#[test]
+fn correct_keeps_the_columns_that_are_not_named() {
+    let folder = folder(|_, _| {});
+    let text = fs::read_to_string(folder.path().join("log.csv")).unwrap();
+    let mut lines = text.lines();
+    let mut other = lines
+        .next()
+        .unwrap()
+        .replace("temperature [degC]", "fan [Hz],note");
+    for (k, line) in lines.enumerate() {
+        let _ = write!(other, "\n{line},{}", if k % 2 == 0 { "on" } else { "off" });
+    }
+    fs::write(folder.path().join("other.csv"), other + "\n").unwrap();
+    said(
+        folder.path(),
+        &[
+            "correct",
+            "part.toml",
+            "other.csv",
+            "--columns",
+            "time=0:s, gyro=1,2,3:rad/s, accel=4,5,6:m/s^2",
+            "-o",
+            "kept.csv",
+        ],
+        "columns of text left out: note",
+    );
+    let kept = fs::read_to_string(folder.path().join("kept.csv")).unwrap();
+    let mut lines = kept.lines();
+    assert!(lines.next().unwrap().ends_with("fan [Hz]"));
+    let first = lines.next().unwrap();
+    let fan: f64 = first.rsplit(',').next().unwrap().parse().unwrap();
+    assert_eq!(fan, 30.0, "{first}");
+}
+
+#[test]
+fn samples_outside_a_bound_that_was_not_known_before_are_told_with_q() {
+    let folder = folder(|k, row| {
+        if k == 50 {
+            row[1] = "60".to_owned();
+        }
+    });
+    fs::write(
+        folder.path().join("open.toml"),
+        "name = \"Open\"\n[gyro.scale_factor]\nquadratic = \"0.005 s/rad\"\n",
+    )
+    .unwrap();
+    let args = [
+        "correct",
+        "open.toml",
+        "log.csv",
+        "--flags",
+        "-o",
+        "out.csv",
+    ];
+    said(
+        folder.path(),
+        &args,
+        "1 sample is outside the convergence bound (q up to 0.9",
+    );
+    let flags = flags(&folder.path().join("out.csv"));
+    assert_eq!((flags[49] & 8, flags[50] & 8, flags[51] & 8), (0, 8, 0));
+}
+
+#[test]
 fn trajectories_beyond_the_range_are_warned_of() {
     let folder = folder(|_, _| {});
     said(

@@ -14,13 +14,17 @@
     reason = "conditions without jumps, so that loops over samples become vector code"
 )]
 
+mod prepared;
+mod validity;
+
 use crate::{
     Bound, CompensationError, Corrected, Measurement, Reading, Real, Sensor, SensorModel,
     TriadErrors,
     bound::BoundTerms,
-    flags,
     vector::{self, put, take, take_from, take_matrix},
 };
+use prepared::Prepared;
+use validity::Plain;
 
 /// A model's inverse, ready for use.
 ///
@@ -61,17 +65,6 @@ pub struct Compensation<T: Real> {
     temperature_range_c: Option<[T; 2]>,
     plain: Option<Plain<T>>,
     shape: Shape,
-}
-
-/// Inside these limits a sample has no flag: what nearly all samples are is told quickly.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Plain<T> {
-    /// |y| below which an axis is not saturated (infinite without a range), gyro and accelerometer.
-    output: [[T; 3]; 2],
-    /// U of gyro and accelerometer.
-    limit: [T; 2],
-    /// Where all temperature terms hold, °C; `None` where the temperature does not matter.
-    temperature_c: Option<[T; 2]>,
 }
 
 /// How much of a matrix is there: what is absent costs nothing.
@@ -157,20 +150,6 @@ impl<T: Real, const N: usize> Work<T, N> {
     pub(crate) fn flags(&self) -> &[u32; N] {
         &self.flags
     }
-}
-
-/// What a triad needs in every round.
-struct Prepared<T, const N: usize> {
-    /// y − b.
-    centered: [[T; N]; 3],
-    /// (I + M)⁻¹.
-    inverse: [[[T; N]; 3]; 3],
-    /// f' or ω.
-    solution: [[T; N]; 3],
-    /// The temperature that all of `inverse`, and `bias` and `matrix`, stand for.
-    held_c: Option<T>,
-    bias: [T; 3],
-    matrix: vector::Matrix<T>,
 }
 
 impl<T: Real> Compensation<T> {
@@ -458,103 +437,6 @@ impl<T: Real> Compensation<T> {
             }
         }
     }
-
-    /// The flags of each sample; results of which a needed value is not finite become NaN.
-    #[inline(always)]
-    fn flag<const N: usize>(&self, input: &Lanes<'_, T, N>, work: &mut Work<T, N>) {
-        if let Some(plain) = &self.plain
-            && plain.holds(input, work)
-        {
-            work.flags = [0; N];
-            return;
-        }
-        let mut limit = [[T::ZERO; N]; 2];
-        let mut outside = [0_u32; N];
-        match &self.bound {
-            Some(bound) => {
-                limit = [[bound.limit[0]; N], [bound.limit[1]; N]];
-                if !bound.is_inside() {
-                    outside = [flags::OUTSIDE_VALIDITY; N];
-                }
-            }
-            None => {
-                for i in 0..N {
-                    let size = |y: [&[T; N]; 3]| vector::norm_inf(take_from(y, i));
-                    let bound = self.terms.at([
-                        self.range[0].unwrap_or(size(input.gyro)),
-                        self.range[1].unwrap_or(size(input.accel)),
-                    ]);
-                    limit[0][i] = bound.limit[0];
-                    limit[1][i] = bound.limit[1];
-                    if !bound.is_inside() {
-                        outside[i] = flags::OUTSIDE_VALIDITY;
-                    }
-                }
-            }
-        }
-        let shape = self.shape;
-        let (couples, has_offset) = (shape.couples(), shape.offset != Part::None);
-        let thermal = [
-            (
-                &self.forward.gyro.bias_thermal,
-                &self.forward.gyro.scale_thermal,
-            ),
-            (
-                &self.forward.accel.bias_thermal,
-                &self.forward.accel.scale_thermal,
-            ),
-        ];
-        let depends = thermal.map(|(bias, scale)| bias.is_present() || scale.is_present());
-        let saturated = self.saturated;
-        for i in 0..N {
-            let t = input.temperature_c[i];
-            let y = [take_from(input.gyro, i), take_from(input.accel, i)];
-            let finite = |v: [T; 3]| v[0].is_finite() & v[1].is_finite() & v[2].is_finite();
-            let t_finite = t.is_finite();
-            let gyro_alone = finite(y[0]) & (t_finite | !depends[0]);
-            let accel_alone = finite(y[1]) & (t_finite | !depends[1]);
-            let tangential = take(&work.tangential, i);
-            let moved = finite(tangential);
-            let accel_ok = accel_alone & (!has_offset | (gyro_alone & moved));
-            let gyro_ok = gyro_alone & (!couples | accel_ok);
-
-            let w = take(&work.gyro.solution, i);
-            let f = take(&work.force, i);
-            let sensed = take(&work.accel.solution, i);
-            let within =
-                |v: [T; 3], u: T| (v[0].abs() <= u) & (v[1].abs() <= u) & (v[2].abs() <= u);
-            let in_box = (!gyro_ok | within(w, limit[0][i]))
-                & (!accel_ok | (within(sensed, limit[1][i]) & within(tangential, limit[1][i])));
-            let full = |v: [T; 3], edge: [T; 3]| {
-                (v[0].abs() >= edge[0]) | (v[1].abs() >= edge[1]) | (v[2].abs() >= edge[2])
-            };
-            let bit = |condition: bool, bit: u32| if condition { bit } else { 0 };
-            work.flags[i] = outside[i]
-                | bit(full(y[0], saturated[0]), flags::GYRO_SATURATED)
-                | bit(full(y[1], saturated[1]), flags::ACCEL_SATURATED)
-                | bit(!in_box, flags::OUTSIDE_VALIDITY)
-                | bit(!(gyro_ok & accel_ok), flags::NOT_FINITE);
-            let or_nan = |ok: bool, x: T| if ok { x } else { T::NAN };
-            let or_nan_3 =
-                |ok: bool, v: [T; 3]| [or_nan(ok, v[0]), or_nan(ok, v[1]), or_nan(ok, v[2])];
-            put(&mut work.gyro.solution, i, or_nan_3(gyro_ok, w));
-            put(&mut work.force, i, or_nan_3(accel_ok, f));
-        }
-        if depends[0] || depends[1] {
-            for (bias, scale) in thermal {
-                for part in [bias, scale] {
-                    part.flag(input.temperature_c, &mut work.flags);
-                }
-            }
-        } else if let Some([low, high]) = self.temperature_range_c {
-            for i in 0..N {
-                let t = input.temperature_c[i];
-                if t < low || t > high {
-                    work.flags[i] |= flags::TEMPERATURE;
-                }
-            }
-        }
-    }
 }
 
 /// The temperature of all samples, where it is one.
@@ -566,146 +448,4 @@ fn common<T: Real, const N: usize>(temperature_c: &[T; N]) -> Option<T> {
         differs |= u32::from(temperature_c[i] != first);
     }
     (differs == 0).then_some(first)
-}
-
-impl<T: Real> Plain<T> {
-    /// `None` where every sample has a flag, or where a limit is not finite.
-    fn new(
-        forward: &Measurement<T>,
-        bound: &Bound<T>,
-        saturated: &[[T; 3]; 2],
-        model_range_c: Option<[T; 2]>,
-    ) -> Option<Self> {
-        if !(bound.is_inside() && bound.limit.iter().all(|limit| limit.is_finite())) {
-            return None;
-        }
-        let mut temperature_c = None;
-        let mut depends = false;
-        for errors in [&forward.gyro, &forward.accel] {
-            for part in [&errors.bias_thermal, &errors.scale_thermal] {
-                if part.is_present() {
-                    depends = true;
-                    let default = crate::DEFAULT_RANGE_C.map(T::from_f64);
-                    let [low, high] = part.range_c().unwrap_or(default);
-                    let [lowest, highest] = temperature_c.unwrap_or([low, high]);
-                    temperature_c = Some([
-                        lowest.larger(low),
-                        if high < highest { high } else { highest },
-                    ]);
-                }
-            }
-        }
-        Some(Self {
-            output: saturated.map(|of| of.map(|x| if x <= T::INFINITY { x } else { T::INFINITY })),
-            limit: bound.limit,
-            temperature_c: if depends {
-                temperature_c
-            } else {
-                model_range_c
-            },
-        })
-    }
-
-    /// Whether no sample has a flag; where it says no, some may have none either.
-    #[inline(always)]
-    fn holds<const N: usize>(&self, input: &Lanes<'_, T, N>, work: &Work<T, N>) -> bool {
-        let Self { output, limit, .. } = *self;
-        let below = |v: [T; 3], edge: [T; 3]| {
-            (v[0].abs() < edge[0]) & (v[1].abs() < edge[1]) & (v[2].abs() < edge[2])
-        };
-        let within = |v: [T; 3], u: T| (v[0].abs() <= u) & (v[1].abs() <= u) & (v[2].abs() <= u);
-        let mut outside = 0_u32;
-        for i in 0..N {
-            let holds = below(take_from(input.gyro, i), output[0])
-                & below(take_from(input.accel, i), output[1])
-                & within(take(&work.gyro.solution, i), limit[0])
-                & within(take(&work.accel.solution, i), limit[1])
-                & within(take(&work.tangential, i), limit[1]);
-            outside |= u32::from(!holds);
-        }
-        if let Some([low, high]) = self.temperature_c {
-            for i in 0..N {
-                let t = input.temperature_c[i];
-                outside |= u32::from(!((t >= low) & (t <= high)));
-            }
-        }
-        outside == 0
-    }
-}
-
-impl<T: Real, const N: usize> Prepared<T, N> {
-    #[inline(always)]
-    fn zero() -> Self {
-        Self {
-            centered: [[T::ZERO; N]; 3],
-            inverse: [[[T::ZERO; N]; 3]; 3],
-            solution: [[T::ZERO; N]; 3],
-            held_c: None,
-            bias: [T::ZERO; 3],
-            matrix: [[T::ZERO; 3]; 3],
-        }
-    }
-
-    /// b taken off, the inverse matrix of each sample, and the start of the rounds; `common_c`
-    /// is the temperature where all samples have the same, or where it changes nothing.
-    #[inline(always)]
-    fn fill(
-        &mut self,
-        errors: &TriadErrors<T>,
-        y: [&[T; N]; 3],
-        temperature_c: &[T; N],
-        common_c: Option<T>,
-    ) {
-        if let Some(t) = common_c {
-            if self.held_c != Some(t) {
-                self.held_c = Some(t);
-                self.bias = errors.bias(t);
-                self.matrix = vector::inverse(&errors.gain(t)).0;
-                for j in 0..3 {
-                    for k in 0..3 {
-                        self.inverse[j][k] = [self.matrix[j][k]; N];
-                    }
-                }
-            }
-            let (bias, matrix) = (self.bias, self.matrix);
-            for i in 0..N {
-                let centered = vector::sub(take_from(y, i), bias);
-                put(&mut self.centered, i, centered);
-                put(&mut self.solution, i, vector::apply(&matrix, centered));
-            }
-            return;
-        }
-        self.held_c = None;
-        let fixed = errors.triad.bias.fixed;
-        let mut bias = [[fixed[0]; N], [fixed[1]; N], [fixed[2]; N]];
-        errors.bias_thermal.add_to(temperature_c, &mut bias);
-        if !errors.scale_thermal.is_present() {
-            let (matrix, _) = vector::inverse(&errors.gain);
-            for i in 0..N {
-                for j in 0..3 {
-                    put(&mut self.inverse[j], i, matrix[j]);
-                }
-                let centered = vector::sub(take_from(y, i), take(&bias, i));
-                put(&mut self.centered, i, centered);
-                put(&mut self.solution, i, vector::apply(&matrix, centered));
-            }
-            return;
-        }
-        let mut scale = [[T::ZERO; N]; 3];
-        errors.scale_thermal.add_to(temperature_c, &mut scale);
-        let at_reference = errors.gain;
-        for i in 0..N {
-            let mut gain = at_reference;
-            for k in 0..3 {
-                gain[k][k] += scale[k][i];
-            }
-            let (of_sample, _) = vector::inverse(&gain);
-            for j in 0..3 {
-                put(&mut self.inverse[j], i, of_sample[j]);
-            }
-            let centered = vector::sub(take_from(y, i), take(&bias, i));
-            put(&mut self.centered, i, centered);
-            put(&mut self.solution, i, vector::apply(&of_sample, centered));
-        }
-    }
 }

@@ -11,6 +11,8 @@ pub struct ReadOptions {
     pub topic: Option<String>,
     /// Takes the first of several topics instead of refusing, for a look at what is there.
     pub any_topic: bool,
+    /// Hands on the columns that `columns` does not name, as they are.
+    pub keep_others: bool,
     /// `--start`, seconds from the first sample.
     pub start_s: Option<f64>,
     /// `--end`, seconds from the first sample.

@@ -43,6 +43,7 @@ pub fn level_at_rest(reference_temperature_c: f64) -> At {
 pub fn parse_at(text: &str, reference_temperature_c: f64) -> Result<At, Error> {
     const ADVICE: &str = "write for instance --at 'f=0 0 -9.81 m/s^2, w=10 0 0 deg/s, T=40 degC'";
     let mut at = level_at_rest(reference_temperature_c);
+    let mut named: Vec<&str> = Vec::new();
     for part in text
         .split(',')
         .map(str::trim)
@@ -71,6 +72,10 @@ pub fn parse_at(text: &str, reference_temperature_c: f64) -> Result<At, Error> {
             let one = |number: &str| quantity(&format!("{number} {unit}"), dimension);
             Ok([one(x)?, one(y)?, one(z)?])
         };
+        if named.contains(&name.trim()) {
+            return Err(wrong(format!("`{}` is given twice", name.trim())));
+        }
+        named.push(name.trim());
         match name.trim() {
             "f" => at.specific_force = three(Dimension::ACCELERATION)?,
             "w" => at.angular_rate = three(Dimension::ANGULAR_RATE)?,
@@ -482,7 +487,11 @@ impl ExplainOutcome {
                 note: page_number(&format!(
                     "input {}, output {} {}",
                     general(axis.input * unit.level_per_si, 6),
-                    general(axis.output * unit.level_per_si, 7),
+                    // One line of a third of the page: m/s^2 takes more room than deg/s.
+                    general(
+                        axis.output * unit.level_per_si,
+                        if sensor == Sensor::Gyro { 7 } else { 6 }
+                    ),
                     unit.level_page
                 )),
                 unit: unit.term_page.to_owned(),
@@ -643,5 +652,7 @@ mod tests {
         assert!(page.contains("output less input"));
         assert!(parse_at("f=1 0 m/s^2", 25.0).is_err());
         assert!(parse_at("q=1", 25.0).is_err());
+        let twice = parse_at("T=30 degC, T=40 degC", 25.0).unwrap_err();
+        assert!(twice.to_string().contains("given twice"));
     }
 }

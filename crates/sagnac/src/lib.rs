@@ -10,6 +10,7 @@ pub mod budget;
 pub mod calibrate;
 pub mod catalog;
 pub mod characterize;
+mod clock;
 pub mod compare;
 pub mod convert;
 pub mod correct;

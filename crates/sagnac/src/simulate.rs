@@ -11,6 +11,7 @@ mod temperature;
 mod words;
 
 pub use slope::slopes;
+pub(crate) use source::Channels;
 pub use temperature::TemperatureProfile;
 
 use sagnac_log::{Block, Channel, Layout, Log, LogReader, LogWriter};
@@ -20,8 +21,9 @@ use sagnac_noise::TermSet;
 use serde_json::{Value, json};
 
 use crate::Error;
+use crate::clock::{RowClock, median_step_s};
 use run::{Recipe, Run};
-use source::{Channels, LogSource, Plan, TrajectorySource, TruthRows, TruthSource};
+use source::{LogSource, Plan, TrajectorySource, TruthRows, TruthSource};
 
 /// The flicker's slow end where the length of the input is not known: that of a day.
 const UNKNOWN_LENGTH_S: f64 = 86_400.0;
@@ -181,7 +183,7 @@ pub fn simulate(
         .samples
         .map(|samples| samples * u64::from(request.runs));
     let mut clipped = std::collections::BTreeMap::<String, (u64, f64)>::new();
-    let (mut done, mut outside, mut gaps) = (0, 0, (0, None));
+    let (mut done, mut outside, mut clock) = (0, 0, None);
     for run in 1..=request.runs {
         let mut state = Run::new(model, &recipe, run)?;
         let mut sinks = open_sinks(run, &layouts)?;
@@ -211,7 +213,7 @@ pub fn simulate(
             )?;
         }
         if let Some(source) = &log_source {
-            gaps = source.gaps;
+            clock = Some(source.clock.clone());
         }
         outcome.samples = done - before;
         if outcome.samples == 0 {
@@ -230,7 +232,7 @@ pub fn simulate(
     outcome.notes.dedup();
     outcome.rate_hz = plan.rate_hz;
     outcome.duration_s = outcome.samples as f64 / plan.rate_hz;
-    words::warn_of_samples(model, clipped, outside, gaps, &mut outcome);
+    words::warn_of_samples(model, clipped, outside, clock.as_ref(), &mut outcome);
     words::describe(&request, &recipe, &mut outcome);
     Ok(outcome)
 }
@@ -296,6 +298,8 @@ fn plan(
     outcome: &mut SimulateOutcome,
 ) -> Result<(Plan, Channels), Error> {
     let model_rate = request.model.sample_rate_hz();
+    let asked_hz = request.rate_hz;
+    let replaces_temperature = request.temperature.is_some();
     let mut plan = Plan {
         rate_hz: 100.0,
         samples: None,
@@ -303,6 +307,7 @@ fn plan(
         temperature: request.temperature.clone(),
         reference_temperature_c: request.model.reference_temperature_c(),
         with_motion: request.with_truth,
+        overridden_dt_s: None,
     };
     match &mut request.motion {
         MotionSource::Trajectory {
@@ -345,6 +350,20 @@ fn plan(
             open,
             is_repeatable,
         } => {
+            // The rate that counts, and what of the log it overrides.
+            let mut look =
+                |plan: &mut Plan, log: &Peeked, stamps_dt_s: Option<f64>, label: &str| {
+                    let own = log.layout().rate_hz;
+                    let asked = asked_hz.or(own.filter(|_| stamps_dt_s.is_some()));
+                    let own_dt = stamps_dt_s.or(own.map(|rate| 1.0 / rate));
+                    plan.rate_hz = log_rate(asked, model_rate, own_dt, label, outcome);
+                    plan.overridden_dt_s = stamps_dt_s.filter(|_| asked.is_some());
+                    if replaces_temperature && log.layout().index("temperature").is_some() {
+                        outcome.warnings.push(format!(
+                            "--temperature counts in place of the temperature in {label}"
+                        ));
+                    }
+                };
             if !*is_repeatable {
                 if request.runs > 1 {
                     return Err(Error::usage(format!(
@@ -364,9 +383,9 @@ fn plan(
                 }
                 // What is read to look at it is kept and handed on.
                 let reader = open()?;
-                let (kept, own_dt) = Peeked::new(reader)?;
+                let (kept, stamps_dt_s) = Peeked::new(reader)?;
                 let channels = Channels::of(kept.layout())?;
-                plan.rate_hz = log_rate(request.rate_hz, model_rate, own_dt, label, outcome);
+                look(&mut plan, &kept, stamps_dt_s, label);
                 let mut kept: Option<Box<dyn LogReader>> = Some(Box::new(kept));
                 *open = Box::new(move || {
                     kept.take()
@@ -374,26 +393,20 @@ fn plan(
                 });
                 return Ok((plan, channels));
             }
-            let (mut kept, own_dt) = Peeked::new(open()?)?;
+            let (mut kept, stamps_dt_s) = Peeked::new(open()?)?;
             let channels = Channels::of(kept.layout())?;
-            plan.rate_hz = log_rate(request.rate_hz, model_rate, own_dt, label, outcome);
+            look(&mut plan, &kept, stamps_dt_s, label);
             let mut block = Block::default();
-            let (mut rows, mut first, mut last) = (0, None, None);
+            let (mut rows, mut clock) = (0, RowClock::new(plan.dt_s(), plan.overridden_dt_s));
+            let mut end_s = None;
             while kept.read_block(&mut block)? {
                 rows += block.rows as u64;
-                first = first.or_else(|| block.stamps.get(0));
-                last = block
-                    .rows
-                    .checked_sub(1)
-                    .and_then(|k| block.stamps.get(k))
-                    .or(last);
+                for k in 0..block.rows {
+                    end_s = Some(clock.next(block.stamps.get(k)));
+                }
             }
             plan.samples = Some(rows);
-            plan.end_s = Some(match (first, last) {
-                (Some(first), Some(last)) => last.since(first) + plan.dt_s(),
-                _ => rows as f64 * plan.dt_s(),
-            })
-            .filter(|end| *end > 0.0 && end.is_finite());
+            plan.end_s = end_s.filter(|end| *end > 0.0 && end.is_finite());
             Ok((plan, channels))
         }
     }
@@ -408,6 +421,13 @@ fn log_rate(
     outcome: &mut SimulateOutcome,
 ) -> f64 {
     if let Some(rate) = asked {
+        if let Some(dt) = own_dt.filter(|dt| (dt * rate - 1.0).abs() > 1e-3) {
+            outcome.warnings.push(format!(
+                "the time stamps of {label} go at {} Hz: the rate of {} Hz counts in their place",
+                sagnac_report::text::general(1.0 / dt, 6),
+                sagnac_report::text::general(rate, 6),
+            ));
+        }
         return rate;
     }
     match (model, own_dt.map(|dt| 1.0 / dt)) {
@@ -437,25 +457,19 @@ struct Peeked {
 }
 
 impl Peeked {
-    /// The reader, and the median interval of the first rows, s.
+    /// The reader, and the median interval of the stamps of its first rows, s.
     fn new(mut reader: Box<dyn LogReader>) -> Result<(Self, Option<f64>), Error> {
         let mut block = Block::with_columns(reader.layout().channels.len());
         if !reader.read_block(&mut block)? || block.rows == 0 {
             return Err(Error::data("the log has no samples"));
         }
-        let own_dt = reader.layout().rate_hz.map(|rate| 1.0 / rate).or_else(|| {
-            let origin = block.stamps.get(0)?;
-            let times = block.stamps.since(origin);
-            let mut steps: Vec<f64> = times.windows(2).map(|t| t[1] - t[0]).collect();
-            steps.sort_by(f64::total_cmp);
-            steps.get(steps.len() / 2).copied().filter(|dt| *dt > 0.0)
-        });
+        let stamps_dt_s = median_step_s(&block.stamps);
         Ok((
             Self {
                 reader,
                 first: Some(block),
             },
-            own_dt,
+            stamps_dt_s,
         ))
     }
 }

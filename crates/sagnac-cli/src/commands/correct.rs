@@ -25,7 +25,7 @@ pub(crate) struct Args {
     /// The log; - is standard input
     #[arg(value_name = "LOG", required_unless_present = "emit")]
     log: Option<PathBuf>,
-    /// The corrected log (.csv, .csv.gz, .csv.zst, .npy), or the folder of the source
+    /// The corrected log (.csv, .csv.gz, .csv.zst, .npy, .npz, .mcap, .bag), or the folder of the source
     #[arg(short, long, value_name = "LOG|DIR")]
     output: PathBuf,
     /// Add the column flags: 1 gyro saturated, 2 accelerometer saturated, 4 temperature outside its range, 8 outside validity, 16 not finite
@@ -69,7 +69,7 @@ fn correct_log(args: &Args, log: &std::path::Path, context: &Context) -> Result<
     let format = WriteFormat::of_name(&args.output.display().to_string())?;
     let model = models::load(&args.model)?;
     let output = Output::claim(&args.output, "-o", args.force)?;
-    let (mut reader, _) = args.reading.open(log)?;
+    let (mut reader, _) = args.reading.open_whole(log)?;
     let shared = std::sync::Arc::new(std::sync::Mutex::new(output));
     let mut create = |layout: &Layout| -> Result<Box<dyn LogWriter>, Error> {
         Ok(sagnac::log::create(
@@ -120,6 +120,12 @@ impl std::io::Seek for Shared {
 }
 
 fn emit_source(args: &Args, language: Language, context: &Context) -> Result<(), Error> {
+    if args.reading.is_any() {
+        return Err(
+            Error::usage("the options of reading a log have no meaning with --emit")
+                .advise("leave --columns, --rate, --topic, --start, --end and --axes out"),
+        );
+    }
     let model = models::load(&args.model)?;
     let core = model.to_core()?;
     let request = EmitRequest {
@@ -135,6 +141,13 @@ fn emit_source(args: &Args, language: Language, context: &Context) -> Result<(),
         Language::C => emit::c(&request)?,
         Language::Rust => emit::rust(&request)?,
     };
+    if args.output.exists() && !args.output.is_dir() {
+        return Err(
+            Error::usage(format!("{} is a file, not a folder", args.output.display()))
+                .at("-o")
+                .advise("--emit writes several files: name a folder"),
+        );
+    }
     if !args.output.is_dir() {
         std::fs::create_dir_all(&args.output)
             .map_err(|error| crate::outputs::cannot(&args.output, &error))?;

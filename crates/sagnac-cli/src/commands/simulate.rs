@@ -37,7 +37,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     motion: MotionArgs,
     /// Length of the run on a trajectory [default: 1h, or the path's length]
-    #[arg(long, value_name = "TIME", requires = "trajectory")]
+    #[arg(long, value_name = "TIME")]
     duration: Option<String>,
     #[command(flatten)]
     start_at: StartArgs,
@@ -57,7 +57,7 @@ pub(crate) struct Args {
     /// Also writes the truth: inputs as the model saw them, biases, motion
     #[arg(long, value_name = "F")]
     truth: Option<PathBuf>,
-    /// The log to write: .csv, .csv.gz, .csv.zst or .npy
+    /// The log to write: .csv, .csv.gz, .csv.zst, .npy, .npz, .mcap or .bag
     #[arg(short, long, value_name = "LOG")]
     output: PathBuf,
     /// Overwrite outputs that exist
@@ -188,6 +188,17 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         (None, Some(text)) => Some(positive("--duration", text, Dimension::TIME)?),
         (None, None) => None,
     };
+    if args.duration.is_some() && args.motion.trajectory.is_none() {
+        let (option, advice) = match args.motion.rest {
+            Some(_) => ("--rest", "give the length once: --rest 2h"),
+            None => ("--inputs", "cut the input with --start and --end"),
+        };
+        return Err(Error::usage(format!(
+            "--duration belongs to --trajectory, not to {option}"
+        ))
+        .at("--duration")
+        .advise(advice));
+    }
     check_log_options(args)?;
     let temperature = args
         .temperature

@@ -21,6 +21,50 @@ pub(super) struct Op {
 /// Column and kind of time, and the channels.
 pub(super) type Chosen = (Option<(usize, TimeKind)>, Vec<Op>);
 
+/// Adds the columns that are not named as they are; those that cannot be are said.
+pub(super) fn keep_others(
+    raw: &RawLayout,
+    time: Option<(usize, TimeKind)>,
+    ops: &mut Vec<Op>,
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (index, column) in raw.columns.iter().enumerate() {
+        // Columns of text are said by their format.
+        if column.is_text
+            || time.is_some_and(|(at, _)| at == index)
+            || ops.iter().any(|op| op.column == index)
+        {
+            continue;
+        }
+        let name = match column.name.trim() {
+            "" => format!("column {index}"),
+            name => name.to_owned(),
+        };
+        let is_taken = ops.iter().any(|op| op.channel.name == name);
+        let is_channel = Role::parse(&name).is_some_and(|(role, _)| {
+            !matches!(role, Role::Angle | Role::Speed) && !role.is_of_path()
+        });
+        if is_channel || is_taken {
+            notes.push(format!(
+                "column `{}` is left out: its name is that of a channel; name it in --columns",
+                clip(&name)
+            ));
+            continue;
+        }
+        ops.push(Op {
+            channel: Channel::other(&name, column.unit.as_deref().unwrap_or_default()),
+            column: index,
+            scale: Scale {
+                factor: 1.0,
+                offset: 0.0,
+                is_increment: false,
+            },
+            accumulated: false,
+        });
+    }
+    notes
+}
+
 /// Channels and their sources as `--columns` says.
 pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Error> {
     let mut time = None;

@@ -3,7 +3,7 @@
 //! value_SI = value·factor + offset; increments are divided by dt, accumulated angles are differenced before.
 
 use super::axes::{AxisMap, remount};
-use super::choose::{Op, by_name, by_request, say_increments};
+use super::choose::{Op, by_name, by_request, keep_others, say_increments};
 use super::columns::{Scale, parse};
 use super::hints::columns_place;
 use super::raw::{Plan, RawReader};
@@ -52,11 +52,15 @@ impl Mapped {
                 .advise("both count from the first sample, for instance --start 30s --end 2h"));
         }
         let axes = options.axes.as_deref().map(AxisMap::parse).transpose()?;
-        let (time, ops) = match options.columns.as_deref() {
+        let (time, mut ops) = match options.columns.as_deref() {
             Some(text) => by_request(&parse(text)?, raw.raw())?,
             None => by_name(raw.raw())?,
         };
         let found = raw.raw().clone();
+        let mut left_out = Vec::new();
+        if options.keep_others {
+            left_out = keep_others(&found, time, &mut ops);
+        }
         if time.is_none() && options.rate_hz.is_none() && found.rate_hz.is_none() {
             return Err(Error::data("the log has no time and no rate")
                 .at(columns_place(&found))
@@ -78,7 +82,7 @@ impl Mapped {
             frame: found.frame,
             covariances: found.covariances,
             samples: found.samples,
-            notes: Vec::new(),
+            notes: left_out,
         };
         say_increments(&ops, &mut layout);
         let mount = match axes {

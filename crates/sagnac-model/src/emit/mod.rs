@@ -298,9 +298,28 @@ fn safe(name: &str) -> String {
             '*' | '/' | '\\' | '?' => {
                 let _ = write!(out, "_");
             }
-            c if c.is_control() => out.push(' '),
+            // Control characters, and those that turn the direction of a line or break it unseen.
+            c if c.is_control()
+                || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}') =>
+            {
+                out.push(' ');
+            }
             c => out.push(c),
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_can_neither_end_a_comment_nor_turn_its_direction() {
+        assert_eq!(
+            safe("a*/b\n\u{202e}c\u{2066}d\u{2028}e\u{200f}"),
+            "a__b  c d e "
+        );
+        assert_eq!(safe("µ-IMU «7»"), "µ-IMU «7»");
+    }
 }

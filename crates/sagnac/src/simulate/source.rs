@@ -8,6 +8,7 @@ use sagnac_nav::{Motion, Trajectory, TruthSample};
 use super::slope::slopes;
 use super::temperature::TemperatureProfile;
 use crate::Error;
+use crate::clock::RowClock;
 
 /// Rows that are made at a time.
 pub(super) const ROWS: usize = 8192;
@@ -43,6 +44,8 @@ pub(super) struct Plan {
     pub(super) temperature: Option<TemperatureProfile>,
     pub(super) reference_temperature_c: f64,
     pub(super) with_motion: bool,
+    /// Median interval of a log's stamps, where a rate overrides them.
+    pub(super) overridden_dt_s: Option<f64>,
 }
 
 impl Plan {
@@ -155,16 +158,16 @@ impl TruthSource for TrajectorySource<'_> {
 
 /// Which channels a log of truth has.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Channels {
-    pub(super) rate: Option<[usize; 3]>,
-    pub(super) force: Option<[usize; 3]>,
-    pub(super) rate_dot: Option<[usize; 3]>,
-    pub(super) temperature: Option<usize>,
+pub(crate) struct Channels {
+    pub(crate) rate: Option<[usize; 3]>,
+    pub(crate) force: Option<[usize; 3]>,
+    pub(crate) rate_dot: Option<[usize; 3]>,
+    pub(crate) temperature: Option<usize>,
 }
 
 impl Channels {
     /// Finds the channels; a triad must be whole.
-    pub(super) fn of(layout: &sagnac_log::Layout) -> Result<Self, Error> {
+    pub(crate) fn of(layout: &sagnac_log::Layout) -> Result<Self, Error> {
         let triad = |name: &str| {
             let found = ["x", "y", "z"].map(|axis| layout.index(&format!("{name}_{axis}")));
             match found {
@@ -208,17 +211,16 @@ pub(super) struct LogSource {
     stamps: Stamps,
     time_s: Vec<f64>,
     columns: Vec<Vec<f64>>,
-    origin: Option<Stamp>,
     next: usize,
     ended: bool,
     read: u64,
-    /// Gaps met: how many, and the first one's time and length, s.
-    pub(super) gaps: (u64, Option<(f64, f64)>),
+    pub(super) clock: RowClock,
 }
 
 impl LogSource {
     pub(super) fn new(reader: Box<dyn LogReader>, channels: Channels, plan: Plan) -> Self {
         let count = reader.layout().channels.len();
+        let clock = RowClock::new(plan.dt_s(), plan.overridden_dt_s);
         Self {
             reader,
             channels,
@@ -227,11 +229,10 @@ impl LogSource {
             stamps: Stamps::default(),
             time_s: Vec::new(),
             columns: vec![Vec::new(); count],
-            origin: None,
             next: 0,
             ended: false,
             read: 0,
-            gaps: (0, None),
+            clock,
         }
     }
 
@@ -245,22 +246,10 @@ impl LogSource {
             let dt = self.plan.dt_s();
             for k in 0..self.block.rows {
                 self.read += 1;
-                let stamp = self
-                    .block
-                    .stamps
-                    .get(k)
-                    .unwrap_or_else(|| self.plan.stamp(self.read));
-                let origin = *self.origin.get_or_insert(stamp);
-                let time = stamp.since(origin) + dt;
-                if let Some(last) = self.time_s.last() {
-                    let step = time - last;
-                    if step > 1.5 * dt {
-                        self.gaps.0 += 1;
-                        self.gaps.1.get_or_insert((last - dt, step));
-                    }
-                }
-                self.time_s.push(time);
-                self.stamps.push(stamp);
+                let stamp = self.block.stamps.get(k);
+                self.time_s.push(self.clock.next(stamp));
+                self.stamps
+                    .push(stamp.unwrap_or_else(|| self.plan.stamp(self.read)));
             }
             let used = self.channels.used();
             for (index, (all, part)) in self.columns.iter_mut().zip(&self.block.columns).enumerate()

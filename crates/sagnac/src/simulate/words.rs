@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use sagnac_core::{Output, Sensor};
 use sagnac_model::Model;
 use sagnac_model::units::Dimension;
-use sagnac_report::text::{clock, duration, general, group_thousands};
+use sagnac_report::text::{duration, general, group_thousands};
+
+use crate::clock::RowClock;
 
 use super::run::Recipe;
 use super::{MotionSource, SimulateOutcome, SimulateRequest};
@@ -326,7 +328,7 @@ pub(super) fn warn_of_samples(
     model: &Model,
     clipped: BTreeMap<String, (u64, f64)>,
     outside: u64,
-    gaps: (u64, Option<(f64, f64)>),
+    clock: Option<&RowClock>,
     outcome: &mut SimulateOutcome,
 ) {
     for (channel, (count, limit)) in clipped {
@@ -356,16 +358,9 @@ pub(super) fn warn_of_samples(
             group_thousands(&outside.to_string())
         ));
     }
-    if let (count, Some((time_s, length_s))) = gaps {
-        let (gaps, first) = if count == 1 {
-            ("gap", "")
-        } else {
-            ("gaps", "the first ")
-        };
-        outcome.warnings.push(format!(
-            "the input has {count} {gaps}, {first}of {} at {}: nothing is filled in, noise goes on from row to row",
-            duration(length_s),
-            clock(time_s)
-        ));
+    if let Some(clock) = clock {
+        outcome
+            .warnings
+            .extend(clock.sentences("the input", "noise goes on from row to row"));
     }
 }

@@ -1,0 +1,177 @@
+//! The time of every row of a log, and what is odd about its stamps: gaps, repeats, steps back.
+//!
+//! Where a rate was given that overrides the stamps, a row is one interval of that rate, and a gap
+//! as many as it is long in the median interval of the stamps.
+
+use sagnac_log::{Stamp, Stamps};
+use sagnac_report::text::{clock, duration, group_thousands};
+
+/// The median of the rising steps between stamps, s.
+pub(crate) fn median_step_s(stamps: &Stamps) -> Option<f64> {
+    let times = stamps.since(stamps.get(0)?);
+    let mut steps: Vec<f64> = times
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .filter(|step| *step > 0.0)
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied()
+}
+
+/// One kind of oddity: how often, and the first.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Odd {
+    count: u64,
+    /// Row from 1, time of the row before from the first one, and length, s.
+    first: Option<(u64, f64, f64)>,
+}
+
+impl Odd {
+    fn add(&mut self, row: u64, time_s: f64, length_s: f64) {
+        self.count += 1;
+        self.first.get_or_insert((row, time_s, length_s));
+    }
+}
+
+/// Times of rows in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RowClock {
+    dt_s: f64,
+    /// Median interval of stamps that a rate overrides.
+    overridden_dt_s: Option<f64>,
+    origin: Option<Stamp>,
+    last_s: f64,
+    was_back: bool,
+    /// Rows in a row with the stamp of the one before.
+    repeated: f64,
+    rows: u64,
+    /// Intervals of dt in gaps, where the stamps are overridden.
+    skipped: f64,
+    gaps: Odd,
+    repeats: Odd,
+    back: Odd,
+}
+
+impl RowClock {
+    pub(crate) fn new(dt_s: f64, overridden_dt_s: Option<f64>) -> Self {
+        Self {
+            dt_s,
+            overridden_dt_s,
+            origin: None,
+            last_s: 0.0,
+            was_back: false,
+            repeated: 0.0,
+            rows: 0,
+            skipped: 0.0,
+            gaps: Odd::default(),
+            repeats: Odd::default(),
+            back: Odd::default(),
+        }
+    }
+
+    /// End of the next row's interval, s; the first row ends at dt.
+    pub(crate) fn next(&mut self, stamp: Option<Stamp>) -> f64 {
+        self.rows += 1;
+        let counted = |rows: u64, skipped: f64| (rows as f64 + skipped) * self.dt_s;
+        let Some(stamp) = stamp else {
+            return counted(self.rows, self.skipped);
+        };
+        let at_s = stamp.since(*self.origin.get_or_insert(stamp));
+        let unit_s = self.overridden_dt_s.unwrap_or(self.dt_s);
+        let step_s = at_s - self.last_s;
+        if self.rows > 1 {
+            let (row, before_s) = (self.rows, self.last_s);
+            // The way forward after a step back, or after repeats, is no gap.
+            if step_s > (1.5 + self.repeated) * unit_s && !self.was_back {
+                self.gaps.add(row, before_s, step_s);
+                self.skipped += step_s / unit_s - 1.0;
+            } else if step_s == 0.0 {
+                self.repeats.add(row, before_s, 0.0);
+            } else if step_s < 0.0 {
+                self.back.add(row, before_s, -step_s);
+            }
+            self.was_back = step_s < 0.0;
+            self.repeated = if step_s == 0.0 {
+                self.repeated + 1.0
+            } else {
+                0.0
+            };
+        }
+        self.last_s = at_s;
+        match self.overridden_dt_s {
+            Some(_) => counted(self.rows, self.skipped),
+            None => at_s + self.dt_s,
+        }
+    }
+
+    /// A sentence a kind of oddity; `goes_on` says what is done about it.
+    pub(crate) fn sentences(&self, log: &str, goes_on: &str) -> Vec<String> {
+        let many = |odd: &Odd, one: &str| match odd.count {
+            1 => format!("1 {one}"),
+            n => format!("{} {one}s", group_thousands(&n.to_string())),
+        };
+        let mut out = Vec::new();
+        if let Some((_, time_s, length_s)) = self.gaps.first {
+            let first = if self.gaps.count == 1 {
+                ""
+            } else {
+                "the first "
+            };
+            out.push(format!(
+                "{log} has {}, {first}of {} at {}: nothing is filled in, {goes_on}",
+                many(&self.gaps, "gap"),
+                duration(length_s),
+                clock(time_s)
+            ));
+        }
+        if self.overridden_dt_s.is_some() {
+            return out;
+        }
+        for (odd, kind) in [(&self.repeats, "equal to"), (&self.back, "earlier than")] {
+            if let Some((row, time_s, _)) = odd.first {
+                let first = if odd.count == 1 { "" } else { "the first " };
+                out.push(format!(
+                    "{log} has {} {kind} the one before, {first}in row {} at {}: each row counts as one interval, {goes_on}",
+                    many(odd, "time stamp"),
+                    group_thousands(&row.to_string()),
+                    clock(time_s)
+                ));
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(clock: &mut RowClock, times: &[f64]) -> Vec<f64> {
+        times
+            .iter()
+            .map(|t| clock.next(Some(Stamp::Seconds(*t))))
+            .collect()
+    }
+
+    #[test]
+    fn gaps_repeats_and_steps_back_are_told_apart() {
+        let mut rows = RowClock::new(1.0, None);
+        let times = run(&mut rows, &[5.0, 6.0, 6.0, 8.0, 13.0, 4.0, 13.0, 14.0]);
+        assert_eq!(times, [1.0, 2.0, 2.0, 4.0, 9.0, 0.0, 9.0, 10.0]);
+        let said = rows.sentences("the log", "noise goes on");
+        assert_eq!(said.len(), 3, "{said:?}");
+        assert!(said[0].starts_with("the log has 1 gap, of 5 s"), "{said:?}");
+        assert!(said[1].contains("1 time stamp equal to the one before, in row 3"));
+        assert!(said[2].contains("1 time stamp earlier than the one before, in row 6"));
+    }
+
+    #[test]
+    fn a_rate_overrides_the_stamps_but_not_their_gaps() {
+        let mut rows = RowClock::new(0.1, Some(1.0));
+        let times = run(&mut rows, &[0.0, 1.0, 2.0, 5.0, 6.0]);
+        for (time, want) in times.iter().zip([0.1, 0.2, 0.3, 0.6, 0.7]) {
+            assert!((time - want).abs() < 1e-12, "{times:?}");
+        }
+        assert_eq!(rows.sentences("x", "y").len(), 1);
+    }
+}
