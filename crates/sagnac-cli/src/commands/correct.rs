@@ -25,7 +25,7 @@ pub(crate) struct Args {
     /// The log; - is standard input
     #[arg(value_name = "LOG", required_unless_present = "emit")]
     log: Option<PathBuf>,
-    /// The corrected log (.csv, .csv.gz, .csv.zst, .npy, .npz, .mcap, .bag), or the folder of the source
+    /// The corrected log (.csv, .csv.gz, .csv.zst, .npy, .npz, .parquet, .mcap, .bag), or the folder of the source
     #[arg(short, long, value_name = "LOG|DIR")]
     output: PathBuf,
     /// Add the column flags: 1 gyro saturated, 2 accelerometer saturated, 4 temperature outside its range, 8 outside validity, 16 not finite

@@ -57,7 +57,7 @@ pub(crate) struct Args {
     /// Also writes the truth: inputs as the model saw them, biases, motion
     #[arg(long, value_name = "F")]
     truth: Option<PathBuf>,
-    /// The log to write: .csv, .csv.gz, .csv.zst, .npy, .npz, .mcap or .bag
+    /// The log to write: .csv, .csv.gz, .csv.zst, .npy, .npz, .parquet, .mcap or .bag
     #[arg(short, long, value_name = "LOG")]
     output: PathBuf,
     /// Overwrite outputs that exist

@@ -1,6 +1,7 @@
 //! The rows of a log on their way through the inverse, in constant memory.
 
 #![allow(clippy::type_complexity, reason = "a tuple of one use")]
+#![allow(clippy::large_types_passed_by_value, reason = "moved once")]
 
 use sagnac_core::{Compensation, CorrectedBlock, ReadingBlock, Sensor, SensorModel, flags};
 use sagnac_log::Block;
