@@ -58,7 +58,11 @@ impl Mapped {
         };
         let found = raw.raw().clone();
         let mut left_out = Vec::new();
-        if options.keep_others {
+        // Other formats hold arrays and messages beside one another, of any lengths.
+        let is_table = ["CSV", "EuRoC", "Parquet", "numpy array", "numpy structured"]
+            .iter()
+            .any(|table| found.format.starts_with(table));
+        if options.keep_others && is_table {
             left_out = keep_others(&found, time, &mut ops);
         }
         if time.is_none() && options.rate_hz.is_none() && found.rate_hz.is_none() {
