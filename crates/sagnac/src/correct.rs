@@ -68,6 +68,9 @@ pub struct CorrectOutcome {
     more_spans: usize,
 }
 
+/// Makes the writer of the corrected log, once its columns are known.
+pub type MakeWriter<'a> = dyn FnMut(&Layout) -> Result<Box<dyn LogWriter>, Error> + 'a;
+
 /// Corrects all rows that `reader` gives and writes them to the writer that `create` makes.
 ///
 /// # Errors
@@ -75,7 +78,7 @@ pub struct CorrectOutcome {
 pub fn correct(
     model: &Model,
     reader: &mut dyn LogReader,
-    create: &mut dyn FnMut(&Layout) -> Result<Box<dyn LogWriter>, Error>,
+    create: &mut MakeWriter,
     request: CorrectRequest,
 ) -> Result<CorrectOutcome, Error> {
     let mut outcome = CorrectOutcome::default();
