@@ -402,7 +402,7 @@ fn plan(
             while kept.read_block(&mut block)? {
                 rows += block.rows as u64;
                 for k in 0..block.rows {
-                    end_s = Some(clock.next(block.stamps.get(k)));
+                    end_s = Some(clock.next(block.stamps.get(k)) + plan.dt_s());
                 }
             }
             plan.samples = Some(rows);

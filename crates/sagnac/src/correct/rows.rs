@@ -264,7 +264,7 @@ impl Work {
                         sum.3 += 1;
                     }
                     if raw.abs() >= edges[k] {
-                        let time_s = pending.times_s[row] - self.dt_s;
+                        let time_s = pending.times_s[row];
                         let axis = self
                             .sums
                             .get(place)
@@ -295,7 +295,10 @@ impl Work {
             }
         }
         if let Some(last) = (pending.history + out.block.rows).checked_sub(1) {
-            self.last_s = pending.times_s.get(last).copied().unwrap_or(self.last_s);
+            self.last_s = pending
+                .times_s
+                .get(last)
+                .map_or(self.last_s, |t| t + self.dt_s);
         }
     }
 

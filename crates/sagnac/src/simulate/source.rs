@@ -247,7 +247,7 @@ impl LogSource {
             for k in 0..self.block.rows {
                 self.read += 1;
                 let stamp = self.block.stamps.get(k);
-                self.time_s.push(self.clock.next(stamp));
+                self.time_s.push(self.clock.next(stamp) + dt);
                 self.stamps
                     .push(stamp.unwrap_or_else(|| self.plan.stamp(self.read)));
             }
