@@ -395,10 +395,16 @@ impl GradeOutcome {
                 Some("accel") => "accelerometer bias",
                 _ => "position error",
             };
+            let factor = significant(first.factor, 2);
+            // Eight, eleven and eighteen begin with a vowel.
+            let article = match factor.split('.').next() {
+                Some("11" | "18") => "an",
+                _ if factor.starts_with('8') => "an",
+                _ => "a",
+            };
             out.push_str(&format!(
-                " {} grade needs a {} times smaller {what}.",
+                " {} grade needs {article} {factor} times smaller {what}.",
                 words(self.table.rows()[row].name, true),
-                significant(first.factor, 2)
             ));
         }
         out
