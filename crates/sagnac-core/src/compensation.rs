@@ -159,7 +159,7 @@ impl<T: Real> Compensation<T> {
     /// # Errors
     /// [`CompensationError`]: I + M is singular, μ + ν ≥ 1, a parameter is not finite, or
     /// `dt_s` is not positive. A model between the bound and that is taken, and every sample
-    /// gets [`flags::OUTSIDE_VALIDITY`].
+    /// gets [`flags::OUTSIDE_VALIDITY`](crate::flags::OUTSIDE_VALIDITY).
     pub fn new(model: &SensorModel<T>, dt_s: T) -> Result<Self, CompensationError> {
         if !(dt_s > T::ZERO && dt_s.is_finite()) {
             return Err(CompensationError::Interval {
@@ -294,7 +294,7 @@ impl<T: Real> Compensation<T> {
         &self.forward
     }
 
-    /// The corrected reading and its [`flags`].
+    /// The corrected reading and its [`flags`](crate::flags).
     ///
     /// Inside the bound ‖result − truth‖∞ ≤ 1e-12·s in `f64` and 2⁻¹⁸·s in `f32`, s the largest
     /// of truth, output and bias of the triad (`tests/round_trip.rs`).
