@@ -50,6 +50,7 @@ pub(crate) struct RowClock {
     gaps: Odd,
     repeats: Odd,
     back: Odd,
+    no_number: Odd,
 }
 
 impl RowClock {
@@ -66,6 +67,7 @@ impl RowClock {
             gaps: Odd::default(),
             repeats: Odd::default(),
             back: Odd::default(),
+            no_number: Odd::default(),
         }
     }
 
@@ -76,7 +78,12 @@ impl RowClock {
         let Some(stamp) = stamp else {
             return counted(self.rows - 1, self.skipped);
         };
-        let at_s = stamp.since(*self.origin.get_or_insert(stamp));
+        let at_s = stamp.since(self.origin.unwrap_or(stamp));
+        if !at_s.is_finite() {
+            self.no_number.add(self.rows, self.last_s, 0.0);
+            return self.last_s;
+        }
+        self.origin.get_or_insert(stamp);
         let unit_s = self.overridden_dt_s.unwrap_or(self.dt_s);
         let step_s = at_s - self.last_s;
         if self.rows > 1 {
@@ -104,6 +111,11 @@ impl RowClock {
         }
     }
 
+    /// The first row, from 1, whose stamp is no finite number.
+    pub(crate) fn first_without_number(&self) -> Option<u64> {
+        self.no_number.first.map(|(row, _, _)| row)
+    }
+
     /// A sentence a kind of oddity; `goes_on` says what is done about it.
     pub(crate) fn sentences(&self, log: &str, goes_on: &str) -> Vec<String> {
         let many = |odd: &Odd, one: &str| match odd.count {
@@ -126,6 +138,22 @@ impl RowClock {
         }
         if self.overridden_dt_s.is_some() {
             return out;
+        }
+        if let Some((row, time_s, _)) = self.no_number.first {
+            let first = if self.no_number.count == 1 {
+                ""
+            } else {
+                "the first "
+            };
+            out.push(format!(
+                "{log} has {} no finite number, {first}in row {} after {}: {goes_on}",
+                match self.no_number.count {
+                    1 => "1 time stamp that is".to_owned(),
+                    n => format!("{} time stamps that are", group_thousands(&n.to_string())),
+                },
+                group_thousands(&row.to_string()),
+                clock(time_s)
+            ));
         }
         for (odd, kind) in [(&self.repeats, "equal to"), (&self.back, "earlier than")] {
             if let Some((row, time_s, _)) = odd.first {
@@ -163,6 +191,17 @@ mod tests {
         assert!(said[0].starts_with("the log has 1 gap, of 5 s"), "{said:?}");
         assert!(said[1].contains("1 time stamp equal to the one before, in row 3"));
         assert!(said[2].contains("1 time stamp earlier than the one before, in row 6"));
+    }
+
+    #[test]
+    fn stamps_that_are_no_numbers_hide_no_gap() {
+        let mut rows = RowClock::new(1.0, None);
+        let times = run(&mut rows, &[f64::NAN, 5.0, 6.0, f64::NAN, 15.0]);
+        assert_eq!(times, [0.0, 0.0, 1.0, 1.0, 10.0]);
+        assert_eq!(rows.first_without_number(), Some(1));
+        let said = rows.sentences("the log", "noise goes on");
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(said[1].contains("2 time stamps that are no finite number, the first in row 1"));
     }
 
     #[test]

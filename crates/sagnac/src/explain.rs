@@ -80,7 +80,12 @@ pub fn parse_at(text: &str, reference_temperature_c: f64) -> Result<At, Error> {
             "f" => at.specific_force = three(Dimension::ACCELERATION)?,
             "w" => at.angular_rate = three(Dimension::ANGULAR_RATE)?,
             "wdot" => at.angular_acceleration = three(Dimension::ANGULAR_ACCELERATION)?,
-            "T" => at.temperature_c = quantity(value.trim(), Dimension::TEMPERATURE)?,
+            "T" => {
+                at.temperature_c = quantity(value.trim(), Dimension::TEMPERATURE)?;
+                if at.temperature_c < crate::simulate::ABSOLUTE_ZERO_C {
+                    return Err(wrong(format!("{} is below absolute zero", value.trim())));
+                }
+            }
             other => return Err(wrong(format!("`{other}` is none of f, w, wdot, T"))),
         }
     }
@@ -129,6 +134,14 @@ pub fn explain(model: &Model, at: &At) -> Result<ExplainOutcome, Error> {
     let mut is_temperature_outside = false;
     for sensor in Sensor::ALL {
         let terms = deterministic(&core, &forward, sensor, at, dt_s);
+        if let Some((name, _)) = terms.iter().find(|(_, v)| v.iter().any(|v| !v.is_finite())) {
+            return Err(Error::data(format!(
+                "{}.{name} is beyond every number at this input",
+                sensor.key()
+            ))
+            .at(model.label().to_owned())
+            .advise("look for a wrong unit in the model or in --at"));
+        }
         let triad = core.triad(sensor);
         for table in [&triad.bias.temperature, &triad.scale_factor.temperature] {
             if let Some([low, high]) = table.effective_range_c(core.temperature_range_c) {

@@ -12,6 +12,7 @@ mod words;
 
 pub use slope::slopes;
 pub(crate) use source::Channels;
+pub(crate) use temperature::ABSOLUTE_ZERO_C;
 pub use temperature::TemperatureProfile;
 
 use sagnac_log::{Block, Channel, Layout, Log, LogReader, LogWriter};
@@ -404,6 +405,9 @@ fn plan(
                 for k in 0..block.rows {
                     end_s = Some(clock.next(block.stamps.get(k)) + plan.dt_s());
                 }
+            }
+            if let Some(row) = clock.first_without_number() {
+                return Err(source::no_time(row));
             }
             plan.samples = Some(rows);
             plan.end_s = end_s.filter(|end| *end > 0.0 && end.is_finite());

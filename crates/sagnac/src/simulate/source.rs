@@ -251,6 +251,9 @@ impl LogSource {
                 self.stamps
                     .push(stamp.unwrap_or_else(|| self.plan.stamp(self.read)));
             }
+            if let Some(row) = self.clock.first_without_number() {
+                return Err(no_time(row));
+            }
             let used = self.channels.used();
             for (index, (all, part)) in self.columns.iter_mut().zip(&self.block.columns).enumerate()
             {
@@ -367,4 +370,11 @@ impl TruthSource for LogSource {
         self.next += count;
         Ok(true)
     }
+}
+
+/// A row whose time is no finite number.
+pub(super) fn no_time(row: u64) -> Error {
+    Error::data(format!("the time of row {row} is not a finite number"))
+        .at(format!("row {row}"))
+        .advise("repair the row, cut it out with --start or --end, or give --rate")
 }

@@ -38,6 +38,9 @@ pub enum TemperatureProfile {
     },
 }
 
+/// The lowest temperature there is, °C.
+pub(crate) const ABSOLUTE_ZERO_C: f64 = -273.15;
+
 impl TemperatureProfile {
     /// Reads `'40 degC'`, `'ramp 20 degC 60 degC'` or `'cycle -20 degC 70 degC 2 h'`.
     ///
@@ -47,7 +50,11 @@ impl TemperatureProfile {
         let text = text.trim();
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let parts = split_quantities(rest);
-        let temperature = |text: &str| quantity(text, Dimension::TEMPERATURE);
+        let temperature = |text: &str| match quantity(text, Dimension::TEMPERATURE)? {
+            t if t >= ABSOLUTE_ZERO_C => Ok(t),
+            _ => Err(Error::usage(format!("{text} is below absolute zero"))
+                .advise("write for instance '-40 degC'")),
+        };
         match (word, parts.as_slice()) {
             ("ramp", [from, to]) => Ok(Self::Ramp {
                 from_c: temperature(from)?,
