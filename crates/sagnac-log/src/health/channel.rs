@@ -207,7 +207,7 @@ pub(crate) fn nan_issues(
 }
 
 /// Ranges in which `is` holds.
-fn runs(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<Range<usize>> {
+pub(super) fn runs(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     for (k, &v) in values.iter().enumerate() {
         if is(v) {
@@ -411,6 +411,9 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
     }
 }
 
+/// Count and sum of squared differences of a fortieth, its start and end.
+type Bin = (u64, f64, f64, f64);
+
 /// Parts of a tenth of the log whose σ_w differs from the rest's.
 pub(crate) fn non_stationary_issues(
     health: &ChannelHealth<'_>,
@@ -425,7 +428,7 @@ pub(crate) fn non_stationary_issues(
     }
     // Sums of squared differences over fortieths; outliers beyond 6 σ are no scatter.
     let clip = 6.0 * std::f64::consts::SQRT_2 * health.sigma_w.max(health.lsb.unwrap_or(0.0));
-    let mut bins = vec![(0_u64, 0.0_f64, f64::NAN, f64::NAN); STEPS];
+    let mut bins: Vec<Bin> = vec![(0, 0.0, f64::NAN, f64::NAN); STEPS];
     let mut seen = 0;
     for s in &health.quiet {
         let values = &health.values[s.range.clone()];
@@ -444,31 +447,60 @@ pub(crate) fn non_stationary_issues(
         }
         seen += values.len();
     }
-    let all = bins.iter().fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-    let mut flagged: Vec<(usize, usize, f64)> = Vec::new();
-    for from in 0..=STEPS - WIDTH {
-        let part = bins[from..from + WIDTH]
-            .iter()
-            .fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-        let rest = (all.0 - part.0, all.1 - part.1);
+    let sum = |part: &[Bin]| part.iter().fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let differs = |part: (u64, f64), rest: (u64, f64)| {
         if part.0 < 100 || rest.0 < 100 || rest.1 <= 0.0 {
-            continue;
+            return None;
         }
         let ratio = (part.1 / part.0 as f64 / (rest.1 / rest.0 as f64)).sqrt();
         // Differences of white noise are correlated by −½: the variance of their mean square is 3σ⁴/n.
         let error = ratio * (0.75 / part.0 as f64 + 0.75 / rest.0 as f64).sqrt();
-        if (ratio - 1.0).abs() > 0.1 && (ratio - 1.0).abs() > 6.0 * error {
-            match flagged.last_mut() {
-                Some(last) if last.1 >= from => {
-                    last.1 = from + WIDTH;
-                    if (ratio - 1.0).abs() > (last.2 - 1.0).abs() {
-                        last.2 = ratio;
-                    }
+        ((ratio - 1.0).abs() > 0.1 && (ratio - 1.0).abs() > 6.0 * error).then_some(ratio)
+    };
+    let without = |whole: (u64, f64), part: (u64, f64)| (whole.0 - part.0, whole.1 - part.1);
+    let all = sum(&bins);
+    if !bins
+        .windows(WIDTH)
+        .any(|w| differs(sum(w), without(all, sum(w))).is_some())
+    {
+        return;
+    }
+    // The part that differs most from the rest, then of what is left, each with its own edges.
+    let mut left: Vec<Bin> = bins.clone();
+    let mut flagged: Vec<(usize, usize, f64)> = Vec::new();
+    while flagged.len() < 4 {
+        let whole = sum(&left);
+        let mut best: Option<(f64, usize, usize, f64)> = None;
+        for from in 0..STEPS {
+            for to in from + WIDTH - 1..=STEPS {
+                // Of two halves the louder.
+                if left[from..to].iter().any(|b| b.0 == 0) || 2 * (to - from) > STEPS {
+                    continue;
                 }
-                _ => flagged.push((from, from + WIDTH, ratio)),
+                let part = sum(&left[from..to]);
+                let rest = without(whole, part);
+                let Some(ratio) = differs(part, rest) else {
+                    continue;
+                };
+                if 2 * (to - from) == STEPS && (from == 0 || to == STEPS) && ratio < 1.0 {
+                    continue;
+                }
+                let term = |x: (u64, f64)| x.0 as f64 * (x.1 / x.0 as f64).ln();
+                let gain = term(whole) - term(part) - term(rest);
+                if best.is_none_or(|b| gain > b.0) {
+                    best = Some((gain, from, to, ratio));
+                }
             }
         }
+        let Some((_, from, to, ratio)) = best else {
+            break;
+        };
+        flagged.push((from, to, ratio));
+        left[from..to]
+            .iter_mut()
+            .for_each(|b| (b.0, b.1) = (0, 0.0));
     }
+    flagged.sort_by_key(|f| f.0);
     let first = clock.absolute(0);
     for (from, to, ratio) in flagged {
         let (a, b, count) = bins[from..to].iter().fold((f64::NAN, f64::NAN, 0), |x, b| {

@@ -97,6 +97,10 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     let size = ((1.0 / clock.dt_s).round() as usize).max(50);
     // The clearest first: what they take leaves the judgement of the rest alone.
     let mut known = stuck.to_vec();
+    // An infinite value is a lost sample, as NaN is: no average holds one.
+    for (known, values) in known.iter_mut().zip(&log.columns) {
+        known.extend(super::channel::runs(values, f64::is_infinite));
+    }
     let mut found = shaken::violent(log, size, &known);
     take(&found, &mut known);
     let bursts = shaken::bursts(log, size, &known);

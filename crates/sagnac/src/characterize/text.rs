@@ -422,7 +422,7 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
             text.push_str(" Read its slow terms with care.");
         }
         if kinds(&[IssueKind::Units]) > 0 {
-            text.push_str(" Its unit is not what was named: every number is off by that factor.");
+            text.push_str(" Its size does not fit its unit: if the unit is wrong, every number is off by that factor.");
         }
         if kinds(&[IssueKind::Saturation]) > 0 {
             text.push_str(" It was saturated: its numbers are conditional.");
