@@ -83,10 +83,11 @@ impl RowClock {
             self.no_number.add(self.rows, self.last_s, 0.0);
             return self.last_s;
         }
+        let is_first = self.origin.is_none();
         self.origin.get_or_insert(stamp);
         let unit_s = self.overridden_dt_s.unwrap_or(self.dt_s);
         let step_s = at_s - self.last_s;
-        if self.rows > 1 {
+        if !is_first {
             let (row, before_s) = (self.rows, self.last_s);
             // The way forward after a step back, or after repeats, is no gap.
             if step_s > (1.5 + self.repeated) * unit_s && !self.was_back {
