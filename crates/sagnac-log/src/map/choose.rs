@@ -51,16 +51,11 @@ pub(super) fn keep_others(
             ));
             continue;
         }
-        ops.push(Op {
-            channel: Channel::other(&name, column.unit.as_deref().unwrap_or_default()),
-            column: index,
-            scale: Scale {
-                factor: 1.0,
-                offset: 0.0,
-                is_increment: false,
-            },
-            accumulated: false,
-        });
+        ops.push(as_it_is(
+            &name,
+            column.unit.as_deref().unwrap_or_default(),
+            index,
+        ));
     }
     notes
 }
@@ -276,18 +271,8 @@ pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
             if column.is_text {
                 continue;
             }
-            let unit = column.unit.clone().unwrap_or_default();
-            let channel = Channel::other(&column.name, &unit);
-            ops.push(Op {
-                channel,
-                column: index,
-                scale: Scale {
-                    factor: 1.0,
-                    offset: 0.0,
-                    is_increment: false,
-                },
-                accumulated: false,
-            });
+            let unit = column.unit.as_deref().unwrap_or_default();
+            ops.push(as_it_is(&column.name, unit, index));
             continue;
         };
         let place = |raw: &RawLayout| {
@@ -384,5 +369,19 @@ pub(super) fn say_increments(ops: &[Op], layout: &mut Layout) {
         layout
             .notes
             .push(format!("{list}: increments, divided by dt"));
+    }
+}
+
+/// A column that is no sensor's, kept in its own unit.
+fn as_it_is(name: &str, unit: &str, column: usize) -> Op {
+    Op {
+        channel: Channel::other(name, unit),
+        column,
+        scale: Scale {
+            factor: 1.0,
+            offset: 0.0,
+            is_increment: false,
+        },
+        accumulated: false,
     }
 }
