@@ -114,7 +114,57 @@ pub(crate) fn explain(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::from(if asked { 0 } else { 2 });
     }
-    crate::context::fail(&usage_error(error), None)
+    let error = negative_value(error).unwrap_or_else(|| usage_error(error));
+    crate::context::fail(&error, None)
+}
+
+/// Options whose values are counts, rates or lengths of time.
+const NEVER_NEGATIVE: [&str; 10] = [
+    "--seed",
+    "--runs",
+    "--threads",
+    "--port",
+    "--rate",
+    "--resample",
+    "--rest",
+    "--duration",
+    "--dynamic",
+    "--taus",
+];
+
+/// A negative value that was taken for an option: `--start '-1 s'`, `--seed -1`.
+fn negative_value(error: &clap::Error) -> Option<sagnac::Error> {
+    if error.kind() != ErrorKind::UnknownArgument {
+        return None;
+    }
+    let words: Vec<String> = std::env::args().collect();
+    let (option, value) = words.windows(2).find_map(|pair| {
+        let is_negative = pair[1]
+            .strip_prefix('-')
+            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'));
+        (is_negative && pair[0].starts_with("--") && pair[0].len() > 2)
+            .then(|| (pair[0].clone(), pair[1].clone()))
+    })?;
+    let quoted = if value.contains(' ') {
+        format!("'{value}'")
+    } else {
+        value.clone()
+    };
+    if NEVER_NEGATIVE.contains(&option.as_str()) {
+        let error = sagnac::Error::usage(format!("{option} must not be negative"));
+        return Some(
+            error
+                .at(format!("{option} {quoted}"))
+                .advise("leave the minus out"),
+        );
+    }
+    Some(
+        sagnac::Error::usage(format!("`{value}` after {option} is read as an option"))
+            .at(format!("{option} {quoted}"))
+            .advise(format!(
+                "write {option}={quoted} with =, or leave the minus out"
+            )),
+    )
 }
 
 /// The three lines of a usage error from clap's report of several paragraphs.
@@ -135,7 +185,11 @@ fn usage_error(error: &clap::Error) -> sagnac::Error {
             if !what.is_empty() {
                 what.push(' ');
             }
-            what.push_str(line.trim_start_matches("error: "));
+            let line = line.trim_start_matches("error: ");
+            what.push_str(&line.replace(
+                "invalid digit found in string",
+                "a whole number from 0 on is wanted",
+            ));
         } else if let Some(values) = line.strip_prefix("[possible values:") {
             tips.push(format!(
                 "write one of: {}",

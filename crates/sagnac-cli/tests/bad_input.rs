@@ -194,6 +194,85 @@ fn cut_and_damaged_packed_files_are_refused() {
     }
 }
 
+#[test]
+fn cut_text_tells_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = packed(folder.path(), "whole.csv.gz");
+    fs::write(folder.path().join("cut.csv.gz"), &bytes[..bytes.len() / 2]).unwrap();
+    refused(folder.path(), "cut.csv.gz", &[], "gzip -dc FILE");
+}
+
+#[test]
+fn time_that_tells_no_rate_is_named_with_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, stamp, word) in [
+        ("still.csv", "5", "time never advances"),
+        ("none.csv", "nan", "no time stamp is a number"),
+    ] {
+        let body: String = (0..200)
+            .map(|k| format!("{stamp},{},1,2\n", k % 7))
+            .collect();
+        fs::write(folder.path().join(name), format!("{HEADER}{body}")).unwrap();
+        for command in ["info", "allan"] {
+            let output = sagnac()
+                .current_dir(folder.path())
+                .args([command, name])
+                .output();
+            let output = output.unwrap();
+            is_one_refusal(&output, name);
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            for word in [word, name, "add --rate"] {
+                assert!(stderr.contains(word), "{command}: {stderr}");
+            }
+        }
+    }
+}
+
+#[test]
+fn negative_values_are_told_from_options() {
+    for (arguments, words) in [
+        (
+            ["--start", "-1 s"],
+            "write --start='-1 s' with =, or leave the minus out",
+        ),
+        (["--rate", "-5 Hz"], "--rate must not be negative"),
+        (["--seed", "-1"], "--seed must not be negative"),
+    ] {
+        let output = sagnac()
+            .args(["info", "a.csv"])
+            .args(arguments)
+            .output()
+            .unwrap();
+        is_one_refusal(&output, words);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            stderr.contains(words) && !stderr.contains("-- -"),
+            "{stderr}"
+        );
+        assert_eq!(output.status.code(), Some(2));
+    }
+}
+
+#[test]
+fn values_beyond_measure_keep_the_table_in_80_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut body = rows(0, 500);
+    body += "5,1e308,-1e308,1e300\n5.01,-1e308,1e-300,1e300\n";
+    fs::write(folder.path().join("a.csv"), format!("{HEADER}{body}")).unwrap();
+    let output = sagnac()
+        .current_dir(folder.path())
+        .args(["info", "a.csv"])
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 80),
+        "{text}"
+    );
+    assert!(text.contains("1e308") && !text.contains("inf"), "{text}");
+}
+
 #[cfg(unix)]
 #[test]
 fn an_unreadable_file_is_refused() {

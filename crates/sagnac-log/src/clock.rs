@@ -26,6 +26,18 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     Some(m)
 }
 
+/// The median of the positive steps, of a million of them at most.
+pub(crate) fn usual(steps: &[f64]) -> Option<f64> {
+    let every = steps.len().div_ceil(1 << 20).max(1);
+    let mut positive: Vec<f64> = steps
+        .iter()
+        .copied()
+        .filter(|s| *s > 0.0 && s.is_finite())
+        .step_by(every)
+        .collect();
+    median(&mut positive)
+}
+
 /// The sampling interval; `None` where no step is positive.
 pub(crate) fn interval(steps: &[f64]) -> Option<f64> {
     let mut positive: Vec<f64> = steps
@@ -55,7 +67,7 @@ pub(crate) fn interval(steps: &[f64]) -> Option<f64> {
                 let window = &steps[begin..end];
                 let excess: f64 = window
                     .iter()
-                    .filter(|s| s.is_finite() && **s >= 0.0)
+                    .filter(|s| s.is_finite() && **s > 0.0)
                     .map(|s| s - dt)
                     .sum();
                 if excess > 0.5 * dt {

@@ -145,7 +145,15 @@ impl Error {
             Self::Io { doing, .. } if *doing == WRITING => {
                 Some("nothing was written; choose another place or free some room".to_owned())
             }
-            Self::Io { .. } => None,
+            Self::Io { source, .. } => {
+                // What the decompressors say, see `input.rs`.
+                let text = source.to_string();
+                let is_packed = source.kind() == io::ErrorKind::InvalidData;
+                (is_packed && (text.contains("gzip") || text.contains("zstd"))).then(|| {
+                    let tool = if text.contains("gzip") { "gzip" } else { "zstd" };
+                    format!("copy it again, or keep what is whole: {tool} -dc FILE | sed '$d' > part.csv")
+                })
+            }
         }
     }
 

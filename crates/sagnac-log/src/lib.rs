@@ -3,7 +3,9 @@
 //! A log is a stream of rows: [`open`] recognizes the format by its content and gives a [`LogReader`] that hands out
 //! blocks of rows with channels in SI; [`Log::read`] collects them. Units are never guessed.
 
+mod beat;
 mod clock;
+mod coarse;
 mod error;
 mod format;
 
@@ -19,8 +21,10 @@ mod source;
 mod stamps;
 mod stream;
 mod text;
+mod wild;
 mod write;
 
+pub use beat::Cadence;
 pub use error::Error;
 pub use issue::{Issue, IssueKind};
 pub use layout::{Channel, Layout, Quantity, Topic};

@@ -1,6 +1,6 @@
 //! A whole log in memory, column by column.
 
-use crate::clock;
+use crate::beat::Beat;
 use crate::{Block, Channel, Error, Layout, LogReader, Stamps};
 
 /// A whole log in memory. Known channels are in SI, increments are already divided by dt.
@@ -54,14 +54,28 @@ impl Log {
     /// # Errors
     /// Time that never advances, or a single stamp.
     pub fn dt_s(&self) -> Result<f64, Error> {
+        if self.layout.rate_hz.is_some() {
+            return self.dt_of(&Beat::default());
+        }
+        self.dt_of(&Beat::of(self))
+    }
+
+    /// As [`Log::dt_s`], of a beat that is known.
+    pub(crate) fn dt_of(&self, beat: &Beat) -> Result<f64, Error> {
         if let Some(rate) = self.layout.rate_hz {
             return Ok(1.0 / rate);
         }
-        clock::interval(&clock::steps(&self.stamps)).ok_or_else(|| {
-            let what = if self.rows < 2 {
-                "the log has one sample, which has no rate"
-            } else {
-                "time never advances"
+        beat.dt_s.ok_or_else(|| {
+            let is_number = |k: &usize| {
+                let stamp = self.stamps.get(*k);
+                stamp.is_some_and(|t| t.seconds().is_finite())
+            };
+            let numbers = (0..self.stamps.len()).filter(is_number).take(2).count();
+            let what = match (self.rows, numbers) {
+                (0 | 1, _) => "the log has one sample, which has no rate",
+                (_, 0) => "no time stamp is a number",
+                (_, 1) => "one time stamp alone is a number",
+                _ => "time never advances",
             };
             Error::data(what)
                 .at("time")

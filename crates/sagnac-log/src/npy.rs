@@ -129,7 +129,7 @@ enum Sides {
 }
 
 fn header_text(reader: &mut dyn Read) -> Result<String, Error> {
-    let cut = |_| Error::data("the .npy header is cut off");
+    let cut = |_| Error::data("the .npy header is cut off").advise("copy the file again");
     let mut start = [0_u8; 8];
     reader.read_exact(&mut start).map_err(cut)?;
     let length = if start[6] == 1 {
@@ -150,7 +150,10 @@ fn header_text(reader: &mut dyn Read) -> Result<String, Error> {
 }
 
 fn parse_header(text: &str, sides: Sides) -> Result<Header, Error> {
-    let bad = || Error::data("the .npy header cannot be read");
+    let bad = || {
+        Error::data("the .npy header cannot be read")
+            .advise("copy the file again, or save the array anew with numpy.save")
+    };
     let after = |key: &str| {
         let at = text
             .find(&format!("'{key}'"))
@@ -195,9 +198,10 @@ fn parse_header(text: &str, sides: Sides) -> Result<Header, Error> {
             strings.push(body[..close].to_owned());
             rest = &body[close + 1..];
             if strings.len() % 2 == 0 && !rest.trim_start().starts_with(')') {
-                return Err(Error::data(
-                    "structured arrays with arrays inside are not read",
-                ));
+                return Err(
+                    Error::data("structured arrays with arrays inside are not read")
+                        .advise("give each number a field of its own"),
+                );
             }
             if strings.len() > 2 * MOST_COLUMNS {
                 return Err(Error::data("the array has more than 4096 columns"));
@@ -246,7 +250,8 @@ fn plain(
             return Err(Error::data(format!(
                 "the array has {} dimensions, a log has one or two",
                 other.len()
-            )));
+            ))
+            .advise("save it as a table of rows, for instance array.reshape(len(array), -1)"));
         }
     };
     let columns = usize::try_from(columns)
@@ -320,7 +325,8 @@ impl Npy {
         };
         let rows = header.shape[0];
         if rows == 0 {
-            return Err(Error::data("the array has no rows"));
+            return Err(Error::data("the array has no rows")
+                .advise("look at what recorded it, or copy the file again"));
         }
         let columns = header
             .fields
@@ -382,6 +388,14 @@ pub(crate) fn row_size(header: &Header) -> usize {
     header.fields.iter().map(|f| f.1.size).sum()
 }
 
+/// What to do with an array that ends after so many whole rows.
+fn cut_short(rows: u64) -> String {
+    match rows {
+        0 => "the file is cut off: copy it again".to_owned(),
+        n => format!("the file is cut off: copy it again, or save its first {n} rows with numpy"),
+    }
+}
+
 fn refuse_short(header: &Header, have: u64) -> Result<(), Error> {
     let size = row_size(header) as u64;
     let rows = header.shape[0];
@@ -391,7 +405,7 @@ fn refuse_short(header: &Header, have: u64) -> Result<(), Error> {
             grouped(rows),
             grouped(have / size.max(1))
         ))
-        .advise("the file is cut off: copy it again"));
+        .advise(cut_short(have / size.max(1))));
     }
     Ok(())
 }
@@ -435,7 +449,8 @@ impl RawReader for Npy {
                         "the header promises {} rows, the stream ends after {}",
                         grouped(self.rows),
                         grouped(self.done + got as u64)
-                    )));
+                    ))
+                    .advise(cut_short(self.done + got as u64)));
                 }
                 let mut slot = 0;
                 for (column, kind) in wanted {

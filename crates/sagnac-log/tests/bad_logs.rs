@@ -203,4 +203,34 @@ fn archives_that_promise_too_much_are_refused() {
         let error = read(Source::stream("-", Cursor::new(bytes)), &options).unwrap_err();
         assert!(error.to_string().contains("pipe"), "{error}");
     }
+    // What is packed is no pipe.
+    let bytes = std::fs::read(arrays.join("filters.h5")).unwrap();
+    let packed = zstd::encode_all(&bytes[..], 3).unwrap();
+    let error = read(Source::memory("a.h5.zst", packed), &options).unwrap_err();
+    assert!(error.to_string().contains("packed by zstd"), "{error}");
+    assert_eq!(
+        error.advice().as_deref(),
+        Some("unpack it first: zstd -d FILE")
+    );
+    // Every refusal says what to do.
+    for (columns, what) in [
+        ("time=0:s, gyro=1,2,9:deg/s", "column 9"),
+        ("time=0:s, gyro=1,2,2:deg/s", "used twice"),
+        ("time=0:s, gyro=1:deg/s", "takes three columns"),
+        ("time=0:s, gyro_x=absent:deg/s", "no column"),
+    ] {
+        let options = ReadOptions {
+            columns: Some(columns.to_owned()),
+            ..ReadOptions::default()
+        };
+        let error = read(
+            Source::memory("a.csv", b"0,1,2\n1,2,3\n".to_vec()),
+            &options,
+        )
+        .unwrap_err();
+        assert!(
+            error.to_string().contains(what) && error.advice().is_some(),
+            "{error}"
+        );
+    }
 }

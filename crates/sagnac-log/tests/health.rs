@@ -188,3 +188,211 @@ fn stamps_that_are_no_numbers_are_told_and_leave_the_duration() {
             .all(|i| i.start_s.is_finite() && i.end_s.is_finite())
     );
 }
+
+/// Six axes of noise with these stamps, as they are written.
+fn stamped(stamps: &[String]) -> Log {
+    let mut noise = Noise(5);
+    let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s]\n");
+    for stamp in stamps {
+        text += &format!("{stamp},{},{}\n", noise.next(), noise.next());
+    }
+    let source = Source::memory("a.csv", text.into());
+    read(source, &ReadOptions::default()).unwrap()
+}
+
+fn about_time(health: &Health<'_>) -> Vec<(&'static str, u64)> {
+    let of_time = |i: &&Issue| i.channel.as_deref() == Some("time");
+    let issues = health.issues.iter().filter(of_time);
+    issues.map(|i| (i.kind.name(), i.count)).collect()
+}
+
+#[test]
+fn coarse_stamps_give_the_rate_and_real_gaps_alone() {
+    for (rate, grid, decimals) in [
+        (100.0, 1.0, 0),
+        (100.0, 1.0 / 64.0, 6),
+        (100.0, 0.1, 1),
+        (1500.0, 1e-3, 3),
+        (128.0, 1e-2, 2),
+    ] {
+        let stamp = |k: u32| {
+            let t = (f64::from(k) / rate / grid + 0.37).floor() * grid;
+            format!("{t:.decimals$}")
+        };
+        let whole = stamped(&(0..30_000).map(stamp).collect::<Vec<_>>());
+        let health = check(&whole, &HealthOptions::default()).unwrap();
+        let long = 30_000.0 / rate;
+        assert_eq!(about_time(&health), [], "{rate} {grid}");
+        assert!(
+            (health.dt_s * rate - 1.0).abs() < grid / long,
+            "{rate} {grid}: {}",
+            health.dt_s
+        );
+        assert!((health.stamp_step_s.unwrap() / grid - 1.0).abs() < 1e-4);
+        assert!((health.duration_s - long).abs() < 1.5 * grid);
+        assert_eq!(health.channels[0].segments.len(), 1);
+
+        let lost = (5.0 * grid * rate).max(8.0).ceil();
+        let behind = |k: u32| if k < 15_000 { k } else { k + lost as u32 };
+        let with_gap = stamped(&(0..30_000).map(|k| stamp(behind(k))).collect::<Vec<_>>());
+        let health = check(&with_gap, &HealthOptions::default()).unwrap();
+        let [("gap", found)] = about_time(&health)[..] else {
+            panic!("{rate} {grid}: {:?}", about_time(&health))
+        };
+        assert!(
+            (found as f64 - lost).abs() <= 1.0 + 0.1 * grid * rate,
+            "{rate} {grid}: {found} of {lost}"
+        );
+    }
+}
+
+#[test]
+fn repeats_in_fine_stamps_stay_repeats() {
+    let fine = |k: u32| format!("{:.2}", f64::from(k) / 100.0);
+    let log = stamped(
+        &(0..3000)
+            .map(|k| fine(k - u32::from(k == 700)))
+            .collect::<Vec<_>>(),
+    );
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    assert_eq!(about_time(&health), [("gap", 1), ("duplicate", 1)]);
+    assert_eq!((health.dt_s, health.stamp_step_s), (0.01, None));
+
+    // Every row written twice: the second is dropped, the rate is that of the samples.
+    let mut noise = Noise(9);
+    let mut text = String::from("time [s],gyro_x [rad/s]\n");
+    for k in 0..3000 {
+        let row = format!("{},{}\n", fine(k), noise.next());
+        text += &row;
+        text += &row;
+    }
+    let twice = read(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let health = check(&twice, &HealthOptions::default()).unwrap();
+    assert_eq!((health.dt_s, health.stamp_step_s), (0.01, None));
+    assert_eq!(about_time(&health), [("duplicate", 3000)]);
+    assert_eq!(
+        health.channels[0]
+            .slices()
+            .iter()
+            .map(|s| s.len())
+            .sum::<usize>(),
+        3000
+    );
+}
+
+#[test]
+fn a_wrong_stamp_is_told_by_its_row_and_leaves_the_log_whole() {
+    for (row, stamp, kind) in [
+        (1500, "1e9", "backwards"),
+        (1500, "-5", "backwards"),
+        (1500, "0", "backwards"),
+        (1500, "inf", "nan"),
+        (0, "1e9", "backwards"),
+        (2999, "1e9", "jitter"),
+    ] {
+        let mut stamps: Vec<String> = (0..3000)
+            .map(|k| format!("{:.2}", f64::from(k) / 100.0))
+            .collect();
+        stamps[row] = stamp.to_owned();
+        let log = stamped(&stamps);
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        assert_eq!(about_time(&health), [(kind, 1)], "{stamp} in row {row}");
+        assert!(
+            (health.duration_s - 30.0).abs() < 1e-9,
+            "{}",
+            health.duration_s
+        );
+        assert_eq!(health.dt_s, 0.01);
+        let at = row as f64 / 100.0;
+        let issue = &health.issues[0];
+        assert!(
+            (issue.start_s - at).abs() < 1e-9 && (issue.end_s - at).abs() < 1e-9,
+            "{issue:?}"
+        );
+        assert!(
+            kind == "nan" || issue.text.contains(&format!("row {} ", row + 1)),
+            "{}",
+            issue.text
+        );
+        assert_eq!(health.channels[0].slices()[0].len(), 3000);
+    }
+}
+
+#[test]
+fn rate_length_and_lost_samples_of_a_jittering_log_add_up() {
+    let mut noise = Noise(2);
+    // Samples arrive in bursts of nine, 1 ms apart, and two hundred of them never.
+    let stamps: Vec<String> = (0..20_000)
+        .map(|k| if k < 9000 { k } else { k + 200 })
+        .map(|k| f64::from(k / 9) * 0.09 + f64::from(k % 9) * 1e-3 + 1e-5 * noise.next())
+        .map(|t| format!("{t:.7}"))
+        .collect();
+    let log = stamped(&stamps);
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let of_gaps = about_time(&health).into_iter().filter(|i| i.0 == "gap");
+    let lost: u64 = of_gaps.map(|i| i.1).sum();
+    assert!((190..=210).contains(&lost), "{lost}");
+    let counted = health.duration_s / health.dt_s;
+    assert!(
+        (counted - 20_000.0 - lost as f64).abs() < 10.0,
+        "{counted} {lost}"
+    );
+}
+
+#[test]
+fn values_beyond_measure_have_a_mean_and_a_scatter() {
+    let mut noise = Noise(4);
+    let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s]\n");
+    for k in 0..1000 {
+        let x = if k == 500 { 1e308 } else { noise.next() };
+        let y = if k % 2 == 0 { 1e308 } else { -1e308 };
+        text += &format!("{},{x:e},{y:e}\n", f64::from(k) / 100.0);
+    }
+    let log = read(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let [x, y] = &health.channels[..] else {
+        panic!()
+    };
+    assert!((x.mean / 1e305 - 1.0).abs() < 1e-9, "{}", x.mean);
+    assert!(
+        (x.std / (1e308 / 1000.0_f64.sqrt()) - 1.0).abs() < 1e-3,
+        "{}",
+        x.std
+    );
+    assert_eq!(x.lsb, None);
+    assert!(
+        (y.std / 1e308 - 1.0).abs() < 1e-3 && y.mean.abs() < 1e294,
+        "{} {}",
+        y.mean,
+        y.std
+    );
+}
+
+#[test]
+fn stamps_that_scatter_lose_no_samples_and_keep_the_rate() {
+    let mut noise = Noise(12);
+    let stamps: Vec<String> = (0..20_000)
+        .map(|k| format!("{:.6}", f64::from(k) / 100.0 + 0.0025 * noise.next()))
+        .collect();
+    let log = stamped(&stamps);
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    assert!((health.dt_s / 0.01 - 1.0).abs() < 1e-4, "{}", health.dt_s);
+    assert!(
+        (health.duration_s - 200.0).abs() < 0.02,
+        "{}",
+        health.duration_s
+    );
+    let found = about_time(&health);
+    assert!(
+        found.iter().all(|i| i.0 != "gap") && found.iter().any(|i| i.0 == "jitter"),
+        "{found:?}"
+    );
+}

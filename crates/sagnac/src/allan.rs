@@ -26,6 +26,7 @@ use sagnac_log::health::{self, ChannelHealth, HealthOptions};
 use sagnac_log::{Block, Channel, Issue, Layout, Log, LogReader, Quantity};
 
 use crate::Error;
+use crate::error::Kind;
 
 /// Values of all axes together from which the strided estimate is used where none is asked for.
 pub const MOST_EXACT_VALUES: u64 = 100_000_000;
@@ -103,6 +104,13 @@ impl AllanOutcome {
 /// Those of the reader; a log without channels of numbers; a log too short for every averaging
 /// time; a deviation, grid or option that has no strided form where that is asked for.
 pub fn allan(reader: &mut dyn LogReader, request: &AllanRequest) -> Result<AllanOutcome, Error> {
+    curves(reader, request).map_err(|error| match error.kind {
+        Kind::Data if !request.label.is_empty() => error.at(request.label.clone()),
+        _ => error,
+    })
+}
+
+fn curves(reader: &mut dyn LogReader, request: &AllanRequest) -> Result<AllanOutcome, Error> {
     let axes = axes_of(reader.layout());
     if axes.is_empty() {
         return Err(Error::data("the log has no channel with numbers")

@@ -4,7 +4,9 @@
 
 mod resample;
 
-use sagnac_log::{Block, Issue, IssueKind, Layout, Log, LogReader, WriteFormat, WriteSeek, create};
+use sagnac_log::{
+    Block, Cadence, Issue, IssueKind, Layout, Log, LogReader, Stamp, WriteFormat, WriteSeek, create,
+};
 use sagnac_model::Model;
 use sagnac_model::export::ros_covariances;
 use sagnac_report::text::{Document, duration, general, group_thousands};
@@ -120,9 +122,9 @@ fn set_covariances(layout: &mut Layout, request: &ConvertRequest) -> Result<Opti
 #[derive(Default)]
 struct Watch {
     rows: u64,
-    first: Option<sagnac_log::Stamp>,
+    first: Option<Stamp>,
     last: f64,
-    dt_s: Option<f64>,
+    cadence: Option<Cadence>,
     steps: f64,
     regular: u64,
     issues: Vec<Issue>,
@@ -132,26 +134,25 @@ struct Watch {
 impl Watch {
     fn see(&mut self, block: &Block) {
         self.rows += block.rows as u64;
-        let Some(origin) = block.stamps.get(0) else {
+        let is_number = |t: &Stamp| t.seconds().is_finite();
+        let mut stamps = (0..block.stamps.len()).filter_map(|k| block.stamps.get(k));
+        let Some(origin) = stamps.find(is_number) else {
             return;
         };
+        let is_first_block = self.first.is_none();
         let first = *self.first.get_or_insert(origin);
         let times = block.stamps.since(first);
-        if self.dt_s.is_none() {
-            let mut steps: Vec<f64> = times
-                .windows(2)
-                .map(|w| w[1] - w[0])
-                .filter(|s| *s > 0.0)
-                .collect();
-            steps.sort_unstable_by(f64::total_cmp);
-            self.dt_s = steps.get(steps.len() / 2).copied();
+        if self.cadence.is_none() {
+            self.cadence = Cadence::of(&block.stamps);
         }
-        let dt = self.dt_s.unwrap_or(f64::INFINITY);
-        let is_first_block = self.rows == block.rows as u64;
-        for (k, &t) in times.iter().enumerate() {
+        let longest = self.cadence.map_or(f64::INFINITY, |c| c.longest_s);
+        // Coarse stamps, and such that arrive together, may be equal.
+        let may_be_equal = self.cadence.is_some_and(|c| c.is_coarse);
+        let numbers = times.iter().filter(|t| t.is_finite());
+        for (k, &t) in numbers.enumerate() {
             let step = t - self.last;
             if k > 0 || !is_first_block {
-                if step > 1.5 * dt {
+                if step > longest {
                     self.push(
                         IssueKind::Gap,
                         t - step,
@@ -165,7 +166,7 @@ impl Watch {
                         t,
                         format!("time goes back by {}", duration(-step)),
                     );
-                } else if step > 0.0 {
+                } else if step > 0.0 || (step == 0.0 && may_be_equal) {
                     self.steps += step;
                     self.regular += 1;
                 }
@@ -179,7 +180,7 @@ impl Watch {
             self.more += 1;
             return;
         }
-        let first = self.first.map_or(0.0, sagnac_log::Stamp::seconds);
+        let first = self.first.map_or(0.0, Stamp::seconds);
         let (start_s, end_s) = (first + start, first + end);
         self.issues.push(Issue {
             kind,
@@ -216,7 +217,7 @@ impl Watch {
             duration_s,
             issues: self.issues,
             notes: all,
-            first_s: self.first.map_or(0.0, sagnac_log::Stamp::seconds),
+            first_s: self.first.map_or(0.0, Stamp::seconds),
             layout,
         })
     }

@@ -38,6 +38,30 @@ pub(crate) fn sensor(issue: &Issue) -> &'static str {
 /// Lines of one kind and channel that are told one by one; more are told together.
 const MOST_LINES: usize = 4;
 
+/// What the last finding that is listed says of those that are not.
+struct Unlisted {
+    count: usize,
+    /// From the log's first sample; 0 where it is not said.
+    end_s: f64,
+    /// Where in the text it begins.
+    begins: usize,
+}
+
+impl Unlisted {
+    fn of(finding: &Finding) -> Option<Self> {
+        let begins = finding.text.rfind("; and ")?;
+        let (count, tail) = finding.text[begins + 6..].split_once(" more of this kind")?;
+        let end = tail
+            .strip_prefix(" up to ")
+            .and_then(|t| t.strip_suffix(" s"));
+        Some(Self {
+            count: count.parse().ok()?,
+            end_s: end.and_then(|e| e.parse().ok()).unwrap_or(0.0),
+            begins,
+        })
+    }
+}
+
 /// Many findings of one kind and channel as one: how many, how long in all, and what the longest says.
 pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
     let mut groups: Vec<Vec<Finding>> = Vec::new();
@@ -58,23 +82,16 @@ pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
             out.extend(group);
             continue;
         };
-        // The last one that is listed says how many are not.
-        let more: usize = group
-            .iter()
-            .filter_map(|f| {
-                f.text
-                    .rsplit_once("; and ")?
-                    .1
-                    .strip_suffix(" more of this kind")
-            })
-            .filter_map(|n| n.parse::<usize>().ok())
-            .sum();
+        // The last one that is listed says how many are not, and where they end.
+        let unlisted: Vec<Unlisted> = group.iter().filter_map(Unlisted::of).collect();
+        let more: usize = unlisted.iter().map(|u| u.count).sum();
         let (start, end) = group
             .iter()
             .filter_map(|f| f.span_s)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
                 (a.min(s.0), b.max(s.1))
             });
+        let end = unlisted.iter().fold(end, |end, u| end.max(u.end_s));
         let at = clock(longest.span_s.map_or(0.0, |s| s.0));
         let total: f64 = group.iter().map(length).sum();
         let total = if total >= 1.0 {
@@ -83,16 +100,7 @@ pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
             String::new()
         };
         let text =
-            longest
-                .text
-                .rsplit_once("; and ")
-                .map_or(longest.text.as_str(), |(head, tail)| {
-                    if tail.ends_with("more of this kind") {
-                        head
-                    } else {
-                        &longest.text
-                    }
-                });
+            Unlisted::of(longest).map_or(longest.text.as_str(), |u| &longest.text[..u.begins]);
         out.push(Finding {
             kind: longest.kind.clone(),
             channel: longest.channel.clone(),
@@ -109,7 +117,8 @@ pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
 /// The line of a finding; times count from the log's first sample, at `first_s` on its clock.
 pub fn finding(issue: &Issue, first_s: f64, duration_s: f64) -> Finding {
     let (start, end) = (issue.start_s - first_s, issue.end_s - first_s);
-    let is_whole = start <= 0.0 && end >= 0.999 * duration_s;
+    // The last stamp is one interval before the end.
+    let is_whole = start <= 0.0 && end >= 0.99 * duration_s;
     Finding {
         kind: issue.kind.name().to_owned(),
         channel: issue
@@ -136,14 +145,14 @@ mod tests {
         let mut many: Vec<Finding> = (0..7)
             .map(|k| motion(k, if k == 3 { 5.0 } else { 2.0 }))
             .collect();
-        many[6].text += "; and 30 more of this kind";
+        many[6].text += "; and 30 more of this kind up to 250.000 s";
         let lines = gathered(many);
         assert_eq!(lines.len(), 1);
         assert_eq!(
             lines[0].text,
             "37 times, 17 s in all; the longest at 0:30: moved 3"
         );
-        assert_eq!(lines[0].span_s, Some((0.0, 62.0)));
+        assert_eq!(lines[0].span_s, Some((0.0, 250.0)));
         assert_eq!(gathered(vec![motion(0, 1.0), motion(1, 1.0)]).len(), 2);
     }
 }

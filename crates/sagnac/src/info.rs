@@ -40,6 +40,8 @@ pub struct InfoOutcome {
     pub rate_hz: f64,
     /// From the first to the last sample, and dt.
     pub duration_s: f64,
+    /// The grid that the stamps are rounded to, where it is about as coarse as dt or coarser.
+    pub stamp_step_s: Option<f64>,
     /// A line a channel.
     pub channels: Vec<ChannelInfo>,
     /// Findings.
@@ -119,6 +121,7 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
         samples: log.rows,
         rate_hz: 1.0 / health.dt_s,
         duration_s: health.duration_s,
+        stamp_step_s: health.stamp_step_s,
         channels,
         issues,
         first_s: health.first_s,
@@ -167,6 +170,7 @@ impl InfoOutcome {
             "samples": self.samples,
             "rate_hz": number(self.rate_hz),
             "duration_s": number(self.duration_s),
+            "stamp_step_s": self.stamp_step_s,
             "channels": channels,
             "issues": self.issues.iter().map(issue_json).collect::<Vec<_>>(),
             "topic": self.layout.topic,

@@ -46,9 +46,14 @@ pub(super) fn no_table(name: &str) -> String {
 }
 
 /// Why archives are not read from a pipe.
-pub(super) fn no_pipe(what: &str) -> Error {
-    Error::data(format!("{what} cannot be read from a pipe"))
-        .advise("name the file itself, unpacked")
+pub(super) fn no_pipe(what: &str, packed: &str) -> Error {
+    match packed.trim_start_matches(", ") {
+        "" => {
+            Error::data(format!("{what} cannot be read from a pipe")).advise("name the file itself")
+        }
+        tool => Error::data(format!("{what} is not read while it is packed by {tool}"))
+            .advise(format!("unpack it first: {tool} -d FILE")),
+    }
 }
 
 /// An array, or one of its columns where they stand one after another.

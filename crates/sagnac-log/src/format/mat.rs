@@ -264,7 +264,7 @@ fn damaged() -> Error {
 /// A MATLAB file as a log.
 pub(crate) fn open(bytes: InputBytes, head: &[u8], packed: &str) -> Result<Arrays, Error> {
     let InputBytes::File(file) = bytes else {
-        return Err(no_pipe("a MATLAB file"));
+        return Err(no_pipe("a MATLAB file", packed));
     };
     let file = Shared::new(file);
     let mut walk = Walk {

@@ -113,7 +113,7 @@ fn unpack(file: &Shared, entry: &Entry) -> Result<Box<dyn Read + Send>, Error> {
 /// An archive as a log.
 pub(crate) fn open(bytes: InputBytes, packed: &str) -> Result<Arrays, Error> {
     let InputBytes::File(file) = bytes else {
-        return Err(super::arrays::no_pipe("an .npz archive"));
+        return Err(super::arrays::no_pipe("an .npz archive", packed));
     };
     let file = Shared::new(file);
     let (mut found, mut notes) = (Vec::new(), Vec::new());

@@ -131,7 +131,7 @@ pub(crate) struct Parquet {
 impl Parquet {
     pub(crate) fn open(bytes: InputBytes, packed: &str) -> Result<Self, Error> {
         let InputBytes::File(file) = bytes else {
-            return Err(super::arrays::no_pipe("a Parquet file"));
+            return Err(super::arrays::no_pipe("a Parquet file", packed));
         };
         let file = Shared::new(file);
         let length = file.length().map_err(Error::read)?;

@@ -21,8 +21,31 @@ pub(crate) struct Facts {
     pub(crate) numbers: usize,
 }
 
+/// Values beyond it are no measurements; their squares overflow soon.
+const LARGEST: f64 = 1e140;
+
 impl Facts {
     pub(crate) fn of(values: &[f64]) -> Self {
+        let largest = values
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold(0.0_f64, |a, v| a.max(v.abs()));
+        if largest > LARGEST {
+            // Sums and squares of such values have no place in an f64: they are taken in smaller units.
+            let unit = largest / LARGEST.sqrt();
+            let small: Vec<f64> = values.iter().map(|v| v / unit).collect();
+            let f = Self::of(&small);
+            return Self {
+                mean: f.mean * unit,
+                std: f.std * unit,
+                min: f.min * unit,
+                max: f.max * unit,
+                median: f.median * unit,
+                sigma_w: f.sigma_w * unit,
+                lsb: f.lsb.map(|l| l * unit),
+                numbers: f.numbers,
+            };
+        }
         let (mut n, mut sum, mut min, mut max) = (0_usize, 0.0, f64::INFINITY, f64::NEG_INFINITY);
         // The first number is taken out: a large mean costs no digits.
         let pivot = values
@@ -133,6 +156,14 @@ fn lsb(values: &[f64]) -> Option<f64> {
     sample.sort_unstable_by(f64::total_cmp);
     let largest = sample[0].abs().max(sample[sample.len() - 1].abs());
     let noise = 8.0 * f64::EPSILON * largest;
+    // Beside a value beyond all measure the steps of the others are rounding.
+    let swallowed = sample
+        .windows(2)
+        .filter(|w| w[1] > w[0] && w[1] - w[0] <= noise)
+        .count();
+    if 10 * swallowed > sample.len() {
+        return None;
+    }
     let step = sample
         .windows(2)
         .map(|w| w[1] - w[0])
@@ -271,6 +302,15 @@ fn number(v: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
+/// A number with about four digits.
+fn short(v: f64) -> String {
+    if !(1e-2..1e6).contains(&v.abs()) {
+        return format!("{v:.3e}");
+    }
+    let decimals = (3 - v.abs().log10().floor() as i32).clamp(0, 5) as usize;
+    format!("{v:.decimals$}")
+}
+
 /// Rows in which one value stands too long.
 pub(crate) fn stuck_runs(values: &[f64]) -> Vec<Range<usize>> {
     let mut long: Vec<Range<usize>> = Vec::new();
@@ -395,7 +435,7 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
         };
         push(
             "accel",
-            format!("|f| is {}, far from 9.81 m/s^2{hint}", number(f)),
+            format!("|f| is {} m/s^2, far from 9.81{hint}", short(f)),
             issues,
         );
     }
@@ -404,7 +444,7 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
         if w > 5.0 && is_still {
             push(
                 "gyro",
-                format!("|w| is {} rad/s at rest, as if it were in deg/s", number(w)),
+                format!("|w| is {} rad/s at rest, as if it were in deg/s", short(w)),
                 issues,
             );
         }

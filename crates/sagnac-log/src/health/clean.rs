@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use super::Segment;
 use super::motion::Motion;
-use super::time::{Clock, Event};
+use super::time::Clock;
+use crate::beat::Event;
 
 /// Lost samples that a line may replace.
 const LONGEST_FILL: u64 = 3;
@@ -32,7 +33,7 @@ impl Grid {
         let mut filled = 0;
         let mut start = 0;
         let mut lost = None;
-        for &(row, event) in &clock.events {
+        for &(row, event) in &clock.beat.events {
             pieces.push(Piece {
                 rows: start..row,
                 lost,

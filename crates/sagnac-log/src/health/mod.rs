@@ -23,6 +23,8 @@ pub struct Health<'a> {
     pub first_s: f64,
     /// Time from the first to the last row, plus dt; where time goes back, the sum over the stretches between.
     pub duration_s: f64,
+    /// The grid that the stamps are rounded to, where it is about as coarse as dt or coarser.
+    pub stamp_step_s: Option<f64>,
     /// Findings, by kind in the order of the table, then by channel and time.
     pub issues: Vec<Issue>,
     /// Statistics and cleaned samples of each channel, in the log's order.
@@ -184,11 +186,12 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     for i in issues.iter_mut().filter(|i| i.end_s < i.start_s) {
         (i.start_s, i.end_s) = (i.end_s, i.start_s);
     }
-    let issues = limit(merge(issues, dt));
+    let issues = limit(merge(issues, dt), clock.absolute(0));
     Ok(Health {
         dt_s: dt,
         first_s: clock.absolute(0),
         duration_s: clock.duration_s(),
+        stamp_step_s: clock.beat.grid_s,
         issues,
         channels,
     })
@@ -260,31 +263,35 @@ fn merge(mut issues: Vec<Issue>, dt_s: f64) -> Vec<Issue> {
     out
 }
 
-fn limit(issues: Vec<Issue>) -> Vec<Issue> {
+fn limit(issues: Vec<Issue>, first_s: f64) -> Vec<Issue> {
     let mut out: Vec<Issue> = Vec::with_capacity(issues.len());
-    let mut more = 0_usize;
+    // How many of a kind are not listed, and where they end.
+    let mut more = (0_usize, 0.0_f64);
     let mut seen = 0_usize;
     let mut kind = None;
     for issue in issues {
         if kind != Some(issue.kind) {
             say_more(&mut out, more);
-            (kind, seen, more) = (Some(issue.kind), 0, 0);
+            (kind, seen, more) = (Some(issue.kind), 0, (0, 0.0));
         }
         seen += 1;
         if seen <= MOST_OF_A_KIND {
             out.push(issue);
         } else {
-            more += 1;
+            more = (more.0 + 1, more.1.max(issue.end_s - first_s));
         }
     }
     say_more(&mut out, more);
     out
 }
 
-fn say_more(out: &mut [Issue], more: usize) {
+fn say_more(out: &mut [Issue], (more, end_s): (usize, f64)) {
     if let (Some(last), true) = (out.last_mut(), more > 0) {
         use std::fmt::Write as _;
-        let _ = write!(last.text, "; and {more} more of this kind");
+        let _ = write!(
+            last.text,
+            "; and {more} more of this kind up to {end_s:.3} s"
+        );
     }
 }
 

@@ -132,7 +132,9 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
     used.sort_unstable();
     if let Some(pair) = used.windows(2).find(|w| w[0] == w[1]) {
         let name = describe(raw, pair[0]);
-        return Err(Error::usage(format!("column {name} is used twice")).at("--columns"));
+        return Err(Error::usage(format!("column {name} is used twice"))
+            .at("--columns")
+            .advise("give every channel a column of its own; columns count from 0"));
     }
     Ok((time, ops))
 }
@@ -175,7 +177,8 @@ fn resolve(group: &Group, raw: &RawLayout) -> Result<Vec<usize>, Error> {
                     group.role.word(),
                     n.saturating_sub(1)
                 ))
-                .at(columns_place(raw)))
+                .at(columns_place(raw))
+                .advise("columns count from 0; name one that the log has"))
             }
             ColumnName::Name(name) => find(raw, name),
         }
@@ -217,7 +220,11 @@ fn resolve(group: &Group, raw: &RawLayout) -> Result<Vec<usize>, Error> {
                 "`{}` takes three columns, got 1",
                 group.role.word()
             ))
-            .at("--columns")),
+            .at("--columns")
+            .advise(format!(
+                "name three columns, or one axis: {}_x={name}",
+                group.role.word()
+            ))),
             Err(e) => Err(e),
         };
     }
@@ -248,7 +255,7 @@ fn find(raw: &RawLayout, name: &str) -> Result<usize, Error> {
                 .find(|c| c.name.eq_ignore_ascii_case(name) || c.name.trim() == name.trim());
             Err(match near {
                 Some(c) => error.advise(format!("did you mean `{}`?", c.name)),
-                None => error,
+                None => error.advise("name one that the log has, or its index, counting from 0"),
             })
         }
     }
@@ -322,7 +329,9 @@ pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
         known += 1;
         if role == Role::Time {
             if time.is_some() {
-                return Err(Error::data("two columns are called `time`").at(columns_place(raw)));
+                return Err(Error::data("two columns are called `time`")
+                    .at(columns_place(raw))
+                    .advise("name them by index with --columns, counting from 0"));
             }
             time = Some((index, TimeKind::of_factor(scale.factor)));
         } else {
@@ -345,7 +354,9 @@ pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
         }
     }
     if ops.is_empty() {
-        return Err(Error::data("the log has no channel besides time").at(columns_place(raw)));
+        return Err(Error::data("the log has no channel besides time")
+            .at(columns_place(raw))
+            .advise("record what the sensor measures beside the time"));
     }
     Ok((time, ops))
 }

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
+use super::grouped;
 use super::rows::{Chunk, RowError, RowPlan};
 use crate::{Block, Error};
 
@@ -17,11 +18,16 @@ const LONGEST_LINE: usize = 4 << 20;
 struct Cutter {
     reader: Box<dyn Read + Send>,
     rest: Vec<u8>,
+    /// What ended the stream early; told after the whole lines before it.
+    error: Option<Error>,
     done: bool,
 }
 
 impl Cutter {
     fn next(&mut self, mut buffer: Vec<u8>) -> Result<Option<Vec<u8>>, Error> {
+        if let Some(error) = self.error.take() {
+            return Err(error);
+        }
         if self.done {
             return Ok(None);
         }
@@ -30,12 +36,23 @@ impl Cutter {
         loop {
             let want = (CHUNK.saturating_sub(buffer.len())).max(CHUNK / 8);
             let old = buffer.len();
-            let got = self
+            let read = self
                 .reader
                 .by_ref()
                 .take(want as u64)
-                .read_to_end(&mut buffer)
-                .map_err(Error::read)?;
+                .read_to_end(&mut buffer);
+            let got = match read {
+                Ok(got) => got,
+                Err(error) => {
+                    self.done = true;
+                    let Some(end) = memchr::memrchr(b'\n', &buffer) else {
+                        return Err(Error::read(error));
+                    };
+                    self.error = Some(Error::read(error));
+                    buffer.truncate(end + 1);
+                    return Ok(Some(buffer));
+                }
+            };
             if got < want {
                 self.done = true;
                 return Ok(Some(buffer).filter(|b| !b.is_empty()));
@@ -46,7 +63,8 @@ impl Cutter {
                 return Ok(Some(buffer));
             }
             if buffer.len() > LONGEST_LINE {
-                return Err(Error::data("a line is longer than 4 MiB: this is no table"));
+                return Err(Error::data("a line is longer than 4 MiB: this is no table")
+                    .advise("save the log as CSV with a row a line, or as .npy"));
             }
         }
     }
@@ -91,6 +109,7 @@ impl Chunks {
         let cutter = Cutter {
             reader,
             rest: Vec::new(),
+            error: None,
             done: false,
         };
         let workers = match threads {
@@ -154,6 +173,9 @@ impl Chunks {
             Some(Err(failure)) => {
                 self.failed = true;
                 Err(match failure {
+                    Failure::Read(e) if self.rows > 0 && e.place().is_none() => {
+                        e.at(format!("after {} whole rows", grouped(self.rows)))
+                    }
                     Failure::Read(e) => e,
                     Failure::Row(e) => self.describe(&e),
                 })

@@ -68,7 +68,7 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
                 kind,
                 channel: Some(channel.name.clone()),
                 start_s: health.first_s + f.start_s,
-                end_s: health.first_s + f.end_s.max(health.duration_s - health.dt_s),
+                end_s: health.first_s + health.duration_s - health.dt_s,
                 count: f.count as u64,
                 text: f.text.clone(),
             });
@@ -80,7 +80,7 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
             kind: IssueKind::BiasRemoved,
             channel: None,
             start_s: health.first_s,
-            end_s: health.first_s + health.duration_s,
+            end_s: health.first_s + health.duration_s - health.dt_s,
             count: log.rows as u64,
             text:
                 "every gyro's mean is zero far beyond its own noise: the bias was taken out before"

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use sagnac_log::{Issue, IssueKind};
 use sagnac_report::text::{Document, Table, duration, fixed, general, group_thousands};
 
 use super::{ChannelInfo, InfoOutcome};
@@ -34,18 +35,19 @@ pub(super) fn document(o: &InfoOutcome) -> Document {
         (false, _) => format!("Rate {rate} Hz as given; the file has no time column."),
         (true, true) => format!("Rate {rate} Hz as given, not from the time stamps."),
         (true, false) => {
-            let uneven = o
-                .issues
-                .iter()
-                .any(|i| i.kind == sagnac_log::IssueKind::Jitter);
-            format!(
-                "Rate {rate} Hz from the time stamps{}.",
-                if uneven {
-                    ", which jitter"
-                } else {
-                    ", evenly spaced"
+            // A single stamp that is wrong makes no uneven clock.
+            let is_uneven =
+                |i: &Issue| i.kind == IssueKind::Jitter && i.end_s - i.start_s > 0.5 * o.duration_s;
+            match o.stamp_step_s {
+                Some(step_s) => format!(
+                    "Rate {rate} Hz from time stamps in coarse steps of {}; give --rate if you know it.",
+                    duration(step_s)
+                ),
+                None if o.issues.iter().any(is_uneven) => {
+                    format!("Rate {rate} Hz from the time stamps, which jitter.")
                 }
-            )
+                None => format!("Rate {rate} Hz from the time stamps, evenly spaced."),
+            }
         }
     });
     if let Some(frame) = &o.layout.frame {
@@ -102,7 +104,10 @@ fn table(channels: &[ChannelInfo]) -> Table {
         ],
     );
     for c in channels {
-        let (unit, factor) = shown_unit(c);
+        let (mut unit, mut factor) = shown_unit(c);
+        if !(c.min.abs().max(c.max.abs()) * factor).is_finite() {
+            (unit, factor) = (&c.unit, 1.0);
+        }
         let (std, lsb) = (c.std * factor, c.lsb.map(|l| l * factor));
         let digits = decimals(std, 3);
         let step = lsb.map_or_else(
@@ -114,14 +119,23 @@ fn table(channels: &[ChannelInfo]) -> Table {
         table.row([
             c.name.clone(),
             unit.to_owned(),
-            fixed(c.mean * factor, digits),
-            fixed(std, digits),
-            fixed(c.min * factor, step),
-            fixed(c.max * factor, step),
+            cell(c.mean * factor, digits),
+            cell(std, digits),
+            cell(c.min * factor, step),
+            cell(c.max * factor, step),
             lsb_text,
         ]);
     }
     table
+}
+
+/// A number of a table; one too long for its column in powers of ten.
+fn cell(value: f64, decimals: usize) -> String {
+    if value.abs() >= 1e9 {
+        general(value, 3)
+    } else {
+        fixed(value, decimals)
+    }
 }
 
 /// Decimals that show so many digits of `value`.

@@ -234,11 +234,12 @@ pub(crate) fn open(
 ) -> Result<Arrays, Error> {
     let is_matlab = head.starts_with(b"MATLAB 7.3");
     let InputBytes::File(bytes) = bytes else {
-        return Err(no_pipe(if is_matlab {
+        let what = if is_matlab {
             "a MATLAB file"
         } else {
             "an HDF5 file"
-        }));
+        };
+        return Err(no_pipe(what, packed));
     };
     let damaged = || Error::data("the HDF5 file is cut off or damaged: its root cannot be read");
     let (file, root) = superblock(Shared::new(bytes), start).ok_or_else(damaged)?;
