@@ -266,7 +266,7 @@ fn write_log(log: &LogReport, suffix: &str, with_switch: bool, out: &mut String)
     let mut spectrum = Section::new(
         &id("spectrum"),
         "Spectrum",
-        "Blue: measured, averaged over bands. Orange: the sum of the fitted terms.",
+        "Blue: measured, averaged over bands. Orange: the sum of the fitted terms. One-sided: white noise shows √2 N.",
     );
     for panels in &log.spectrum {
         spectrum = spectrum.with(Block::Panels(spectrum_panels(panels)));

@@ -19,7 +19,7 @@ pub struct SpectrumPanel {
     pub axis: String,
     /// Unit of the densities: `°/s/√Hz`.
     pub unit: String,
-    /// `two-sided` or `one-sided`.
+    /// `one-sided`, said at the axis.
     pub sides: String,
     /// Frequencies in Hz.
     pub frequency_hz: Vec<f64>,

@@ -1,7 +1,7 @@
 //! The outcome as the page of the report: parameters, findings, Allan deviations, spectra, time series, limits.
 
 use super::page_words::{facts, file_name, limits, overview, rich_verdict};
-use super::text::{findings, shown, shown_sensor};
+use super::text::{findings, probability, shown, shown_sensor};
 use super::{AxisOutcome, LogOutcome, Outcome, key_of};
 use sagnac_analysis::fit::{Estimate, NoiseTerms, Status, Term};
 use sagnac_core::Sensor;
@@ -199,10 +199,9 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
                 } else {
                     "good"
                 },
-                note: if p < 0.001 {
-                    "p < 0.001".to_owned()
-                } else {
-                    format!("p = {p:.2}")
+                note: match probability(p) {
+                    small if small.starts_with('<') => format!("p {small}"),
+                    value => format!("p = {value}"),
                 },
             };
         }
@@ -314,6 +313,9 @@ fn term_line(
     })
 }
 
+/// The estimate's spectra are two-sided; what is drawn is one-sided, as `allan --spectrum` is.
+const SIDES: f64 = 2.0;
+
 fn spectrum(axis: &AxisOutcome, sensor: Sensor) -> Option<SpectrumPanel> {
     let e = axis.estimate.as_ref().filter(|e| !e.spectrum.is_empty())?;
     let unit = match sensor {
@@ -332,8 +334,8 @@ fn spectrum(axis: &AxisOutcome, sensor: Sensor) -> Option<SpectrumPanel> {
         sums[3] += bin.count * bin.fitted;
         if sums[0] >= 8.0 {
             frequency_hz.push((sums[1] / sums[0]).exp());
-            density.push((sums[2] / sums[0]).sqrt() * unit.per_si);
-            fit.push((sums[3] / sums[0]).sqrt() * unit.per_si);
+            density.push((SIDES * sums[2] / sums[0]).sqrt() * unit.per_si);
+            fit.push((SIDES * sums[3] / sums[0]).sqrt() * unit.per_si);
             sums = [0.0; 4];
         }
     }
@@ -353,7 +355,7 @@ fn spectrum(axis: &AxisOutcome, sensor: Sensor) -> Option<SpectrumPanel> {
     Some(SpectrumPanel {
         axis: axis.axis.clone(),
         unit: unit.page.to_owned(),
-        sides: "two-sided".to_owned(),
+        sides: "one-sided".to_owned(),
         frequency_hz,
         density,
         fit,
