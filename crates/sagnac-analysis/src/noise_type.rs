@@ -3,11 +3,19 @@
 //! Every m-th phase point, a quadratic removed; difference until ρ = r/(1 + r) < 1/4, then
 //! α = 2 − 2d − round(2ρ) `[RILEY]`. α = 2 is white phase (quantization), 0 white, −1
 //! flicker, −2 random walk.
+//!
+//! With fewer than 256 points the autocorrelation scatters by as much as types lie apart. There the type of the largest m
+//! that has 256 stays, unless the autocorrelation of the differences that told it has left its value there by more than
+//! three standard errors: that of a power law is the same at every m.
 
 use crate::deviation::kernel;
 
 /// Points that the autocorrelation needs.
 const LEAST_POINTS: usize = 30;
+/// Points from which it tells the type alone: three standard errors are 0.19, white lies 0.2 from the next type.
+const SURE_POINTS: usize = 256;
+/// Standard errors (1/√n) of the autocorrelation from which fewer points tell another type.
+const ERRORS: f64 = 3.0;
 
 /// The noise type that an interval was computed for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,53 +38,112 @@ pub(crate) fn noise_types(
     most_differences: usize,
 ) -> Vec<NoiseType> {
     use rayon::prelude::*;
-    let measured: Vec<Option<i8>> = factors
+    let readings: Vec<Option<Reading>> = factors
         .par_iter()
-        .map(|&m| noise_type(phases, m, most_differences))
+        .map(|&m| Reading::new(phases, m, most_differences))
         .collect();
+    let sure = Reading::new(phases, largest_sure_factor(phases), most_differences);
     let mut last = 0;
-    measured
+    readings
         .into_iter()
-        .map(|alpha| {
-            last = alpha.unwrap_or(last);
+        .map(|reading| {
+            let measured = reading.is_some();
+            last = reading.map_or(last, |r| r.alpha_beside(sure.as_ref()));
             NoiseType {
                 alpha: last,
-                measured: alpha.is_some(),
+                measured,
             }
         })
         .collect()
 }
 
-/// α at one averaging factor, or none where there are too few points.
-fn noise_type(phases: &[&[f64]], m: usize, most_differences: usize) -> Option<i8> {
-    let points: usize = phases.iter().map(|phase| (phase.len() - 1) / m + 1).sum();
-    if points < LEAST_POINTS {
-        return None;
+/// The largest factor with points enough to tell the type alone; 1 where there are few in all.
+fn largest_sure_factor(phases: &[&[f64]]) -> usize {
+    let total: usize = phases.iter().map(|phase| phase.len()).sum();
+    (1..=total / SURE_POINTS)
+        .rev()
+        .find(|&m| points_at(phases, m) >= SURE_POINTS)
+        .unwrap_or(1)
+}
+
+fn points_at(phases: &[&[f64]], m: usize) -> usize {
+    phases.iter().map(|phase| (phase.len() - 1) / m + 1).sum()
+}
+
+/// What the points of one averaging factor say of the noise type.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reading {
+    points: usize,
+    /// Differences after which the type was told.
+    differences: usize,
+    /// Lag-1 autocorrelation by the number of differences, as far as it was needed.
+    autocorrelation: [f64; 4],
+    /// The type that this factor alone tells.
+    alpha: i8,
+}
+
+impl Reading {
+    /// From every m-th point; none where there are too few.
+    pub(crate) fn new(phases: &[&[f64]], m: usize, most_differences: usize) -> Option<Self> {
+        let points = points_at(phases, m);
+        if points < LEAST_POINTS {
+            return None;
+        }
+        let gather = |most: usize| {
+            let mut lagged = [Lagged::default(); 4];
+            for phase in phases {
+                accumulate(Thinned { phase, m }, most, &mut lagged);
+            }
+            lagged.map(|sums| sums.autocorrelation())
+        };
+        // White noise of the rate, the common case, is told from the first differences.
+        let mut known = if points < SURE_POINTS {
+            most_differences
+        } else {
+            1
+        };
+        let mut autocorrelation = gather(known);
+        let mut differences = 0;
+        loop {
+            if differences > known {
+                known = most_differences;
+                autocorrelation = gather(known);
+            }
+            let r = autocorrelation[differences];
+            let rho = r / (1.0 + r);
+            if rho < 0.25 || differences == most_differences {
+                let alpha = 2.0 - 2.0 * differences as f64 - (2.0 * rho).round();
+                let lowest = if most_differences > 2 { -4.0 } else { -2.0 };
+                return Some(Self {
+                    points,
+                    differences,
+                    autocorrelation,
+                    alpha: alpha.clamp(lowest, 2.0) as i8,
+                });
+            }
+            differences += 1;
+        }
     }
-    let gather = |most: usize| {
-        let mut lagged = [Lagged::default(); 4];
-        for phase in phases {
-            accumulate(Thinned { phase, m }, most, &mut lagged);
+
+    /// Whether there are points enough to tell the type alone.
+    pub(crate) fn is_sure(&self) -> bool {
+        self.points >= SURE_POINTS
+    }
+
+    /// The type, that of a smaller factor which is sure unless these points contradict it.
+    pub(crate) fn alpha_beside(&self, sure: Option<&Self>) -> i8 {
+        match sure {
+            Some(sure) if !self.is_sure() => {
+                let d = sure.differences;
+                let change = (self.autocorrelation[d] - sure.autocorrelation[d]).abs();
+                if change > ERRORS / (self.points as f64).sqrt() {
+                    self.alpha
+                } else {
+                    sure.alpha
+                }
+            }
+            _ => self.alpha,
         }
-        lagged
-    };
-    // White noise of the rate, the common case, is told from the first differences.
-    let mut known = 1;
-    let mut lagged = gather(known);
-    let mut differences = 0;
-    loop {
-        if differences > known {
-            known = most_differences;
-            lagged = gather(known);
-        }
-        let r = lagged[differences].autocorrelation();
-        let rho = r / (1.0 + r);
-        if rho < 0.25 || differences == most_differences {
-            let alpha = 2.0 - 2.0 * differences as f64 - (2.0 * rho).round();
-            let lowest = if most_differences > 2 { -4.0 } else { -2.0 };
-            return Some(alpha.clamp(lowest, 2.0) as i8);
-        }
-        differences += 1;
     }
 }
 
@@ -386,6 +453,40 @@ mod tests {
         assert_eq!(found[3].alpha, found[1].alpha);
         let none = noise_types(&[&phase[..20]], &[1], 2)[0];
         assert_eq!((none.alpha, none.measured), (0, false));
+    }
+
+    #[test]
+    fn few_points_change_the_type_only_where_they_contradict_it() {
+        let wrong = |make: &dyn Fn(&[f64]) -> Vec<f64>, alpha: i8| {
+            let white = noise(300 * 4096);
+            let logs = white.chunks(4096).map(make);
+            let wrong = logs.filter(|phase| noise_types(&[phase], &[128], 2)[0].alpha != alpha);
+            wrong.count()
+        };
+        // 33 points; by their own autocorrelation a quarter of the white ones would be of another type.
+        assert!(wrong(&cumulative, 0) <= 3);
+        assert!(wrong(&|white| cumulative(&cumulative(white)), -2) <= 3);
+        // A walk above white noise has an autocorrelation near 1, out of the reach of 33 points' chance.
+        let white = Reading {
+            points: 257,
+            differences: 1,
+            autocorrelation: [0.9, 0.02, 0.0, 0.0],
+            alpha: 0,
+        };
+        let few = |r: f64, alpha: i8| Reading {
+            points: 33,
+            autocorrelation: [0.9, r, 0.0, 0.0],
+            alpha,
+            ..white
+        };
+        assert_eq!(few(-0.4, 2).alpha_beside(Some(&white)), 0);
+        assert_eq!(few(0.5, -1).alpha_beside(Some(&white)), 0);
+        assert_eq!(few(0.7, -2).alpha_beside(Some(&white)), -2);
+        let many = Reading {
+            points: 300,
+            ..few(0.5, -1)
+        };
+        assert_eq!(many.alpha_beside(Some(&white)), -1);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use crate::deviation::kernel::{second_of_slices, third_of_slices};
 use crate::deviation::{Curve, Deviation, Estimate, Sum, assemble, hdev, oadev};
 use crate::error::Error;
-use crate::noise_type::noise_types;
+use crate::noise_type::{NoiseType, Reading};
 
 /// Factors below this use every start.
 const NEAR: usize = 1024;
@@ -173,8 +173,11 @@ impl DeviationStream {
         self.end_segment();
         let (mut factors, mut sums, mut types) = (Vec::new(), Vec::new(), Vec::new());
         let mut last = 0;
+        let mut sure: Option<Reading> = None;
         let most = if self.kind == Deviation::Hdev { 3 } else { 2 };
         for (k, &m) in self.factors.iter().enumerate() {
+            let reading = Reading::new(&self.types[k].segments(), 1, most);
+            sure = reading.filter(Reading::is_sure).or(sure).or(reading);
             let sum = if k < self.near_count {
                 Sum {
                     squares: self.near.sums[k],
@@ -186,15 +189,13 @@ impl DeviationStream {
             if sum.terms == 0 || wanted.binary_search(&m).is_err() {
                 continue;
             }
-            let segments: Vec<&[f64]> = self.types[k].segments();
-            let mut noise = noise_types(&segments, &[1], most)[0];
-            if !noise.measured {
-                noise.alpha = last;
-            }
-            last = noise.alpha;
+            last = reading.map_or(last, |r| r.alpha_beside(sure.as_ref()));
             factors.push(m);
             sums.push(sum);
-            types.push(noise);
+            types.push(NoiseType {
+                alpha: last,
+                measured: reading.is_some(),
+            });
         }
         if factors.is_empty() {
             return Err(Error::TooShort {
