@@ -129,8 +129,12 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
     })
 }
 
-/// A sensor that is carried about: motion leaves less than [`LEAST_REST`] of the log.
+/// A sensor that is carried about: motion leaves less than [`LEAST_REST`] of the log. A log too short for numbers has
+/// nothing still either, but no motion.
 fn is_carried(health: &Health<'_>) -> bool {
+    if health.issues.iter().all(|i| i.kind != IssueKind::Motion) {
+        return false;
+    }
     let (mut still, mut all) = (0, 0);
     for channel in &health.channels {
         still += channel.quiet.iter().map(|s| s.range.len()).sum::<usize>();

@@ -55,9 +55,13 @@ pub fn candidates(list: &str) -> Result<Candidates, Error> {
     let mut out = Candidates::none();
     let mut names: Vec<&'static str> = Vec::new();
     for sensor in Sensor::ALL {
-        names.extend(ALL.iter().map(|&t| key_of(sensor, t)));
+        for term in ALL {
+            let name = key_of(sensor, term);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
     }
-    names.dedup();
     for name in list.split(',').map(str::trim).filter(|n| !n.is_empty()) {
         if name == "all" {
             return Ok(Candidates::default());

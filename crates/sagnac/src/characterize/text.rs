@@ -248,24 +248,24 @@ fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
             axis.estimate
                 .as_ref()
                 .and_then(|e| e.p_value)
-                .map_or_else(
-                    || "-".to_owned(),
-                    |p| {
-                        if p < 0.001 {
-                            "< 0.001".to_owned()
-                        } else if p < 0.01 {
-                            format!("{p:.3}")
-                        } else {
-                            format!("{p:.2}")
-                        }
-                    },
-                )
+                .map_or_else(|| "-".to_owned(), probability)
                 .into(),
         );
     }
     fit.push("p".into());
     table.row(fit);
     table
+}
+
+/// A probability: two decimals, three below 0.01, `< 0.001`.
+pub(super) fn probability(p: f64) -> String {
+    if p < 0.001 {
+        "< 0.001".to_owned()
+    } else if p < 0.01 {
+        format!("{p:.3}")
+    } else {
+        format!("{p:.2}")
+    }
 }
 
 fn markov_of(
@@ -345,10 +345,21 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
         if axes.is_empty() {
             continue;
         }
-        if axes
-            .iter()
-            .all(|a| a.estimate.as_ref().is_none_or(|e| !e.white.is_detected()))
-        {
+        let status = |term: Term, status: Status| {
+            axes.iter()
+                .filter_map(|a| a.estimate.as_ref()?.term(term))
+                .any(|e| e.status == status)
+        };
+        // Terms that were not asked for are absent: nothing is said of them.
+        let asked = |term: Term| !status(term, Status::Absent);
+        let others = [
+            Term::Quantization,
+            Term::Flicker,
+            Term::RandomWalk,
+            Term::Ramp,
+        ];
+        let white_asked = asked(Term::White) || !others.into_iter().any(asked);
+        if white_asked && !status(Term::White, Status::Detected) {
             sentences.push(format!(
                 "The {} gives no white noise from this log.",
                 sensor.name()
@@ -371,7 +382,9 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
                 })
                 .collect();
             if widths.is_empty() {
-                bounded.push(name);
+                if status(term, Status::UpperLimit) {
+                    bounded.push(name);
+                }
                 continue;
             }
             let (low, high) = widths
@@ -406,6 +419,7 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
             IssueKind::NonStationary,
         ]);
         let state = match (warned, white) {
+            (0, _) if known.is_empty() => "is bounded".to_owned(),
             (0, w) if w <= ROUGH => "is known".to_owned(),
             (0, _) => "is known roughly".to_owned(),
             (n, _) => format!(
@@ -413,11 +427,17 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
                 if n == 1 { "" } else { "s" }
             ),
         };
-        let mut text = format!("The {} {state}: {}", sensor.name(), known.join(", "));
+        let mut told = known.join(", ");
         if !bounded.is_empty() {
-            let _ = write!(text, "; {} only bounded from above", bounded.join(" and "));
+            if !told.is_empty() {
+                told.push_str("; ");
+            }
+            let _ = write!(told, "{} only bounded from above", bounded.join(" and "));
         }
-        text.push('.');
+        if told.is_empty() {
+            told.push_str("none of white noise, bias instability and random walk was asked for");
+        }
+        let mut text = format!("The {} {state}: {told}.", sensor.name());
         if warned > 0 {
             text.push_str(" Read its slow terms with care.");
         }
