@@ -114,15 +114,24 @@ pub(super) fn digits(value: f64) -> String {
 const STEP_COEFFICIENTS: usize = 1024;
 const STEP_PLACES: usize = 1024;
 
-/// The likeliest places of a step, of the whole spectrum and of white noise nearby: segment and sample, where its score
-/// against the fitted noise is worth a fit.
+/// Where a step is likeliest.
+pub(super) struct StepPlaces {
+    /// Segment and sample: of the whole spectrum, and of white noise nearby.
+    pub places: [(usize, usize); 2],
+    /// 2 ln of the mean likelihood over all places over the largest: how far the noise lets the place be chosen.
+    pub choice: f64,
+}
+
+/// The likeliest places of a step, where its score against the fitted noise is worth a fit.
 pub(super) fn find_step(
     work: &Work,
     segments: &[Segment<'_>],
     active: &[Active],
     now: &Solution,
-) -> Option<[(usize, usize); 2]> {
+) -> Option<StepPlaces> {
     let mut best: Option<(f64, usize, usize)> = None;
+    // Scores of all places, with the samples that each stands for.
+    let mut scores: Vec<(f64, f64)> = Vec::new();
     let mut planner = RealFftPlanner::new();
     for (s, segment) in work.segments.iter().enumerate() {
         let n = segment.n;
@@ -184,13 +193,20 @@ pub(super) fn find_step(
         let end = places - first;
         for place in first..end {
             let value = score(place);
+            scores.push((value, n as f64 / places as f64));
             if value > 9.0 && best.is_none_or(|b| value > b.0) {
                 best = Some((value, s, place * n / places));
             }
         }
     }
-    let (_, s, at) = best?;
-    Some([(s, at), (s, sharpen(work, segments, s, at, now))])
+    let (largest, s, at) = best?;
+    let (sum, weight) = scores.iter().fold((0.0, 0.0), |(sum, weight), (value, w)| {
+        (sum + w * (0.5 * (value - largest)).exp(), weight + w)
+    });
+    Some(StepPlaces {
+        places: [(s, at), (s, sharpen(work, segments, s, at, now))],
+        choice: 2.0 * (sum / weight).ln(),
+    })
 }
 
 /// The sample between whose sides the means differ most, near a coarse place, weighed as white noise.

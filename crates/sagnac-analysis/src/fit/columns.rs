@@ -1,20 +1,22 @@
 //! Which regressors and Gauss–Markov terms a log asks for: taken in one by one, the clearest first, idle ones dropped.
 //!
-//! A column is kept where 2 Δ ln L passes its threshold: 12 a ramp, 3.84 a power of the temperature, 22 a step, 12 a
-//! warm-up; what passes its own by most is taken. Source: the measurements of `FIDELITY.md` and `HEALTH.md`.
+//! A column is kept where 2 Δ ln L passes its threshold: 12 a ramp, 3.84 a power of the temperature, 12 a warm-up, a step
+//! what the choice of its place asks for, also with one more Gauss–Markov process refitted with it and without it; what
+//! passes its own by most is taken. Source: the measurements of `FIDELITY.md` and `HEALTH.md`.
 
 use super::bins::Column;
 use super::checks;
 use super::estimate::{Active, ActiveKind, Work, spectrum_at};
 use super::likelihood::{FIRST_GM, Free, Problem, Solution};
 use super::regress;
+use super::results::Units;
 use super::select::{self, GAUSS_MARKOV_THRESHOLD, RAMP_THRESHOLD};
 use super::types::{Candidates, FitOptions, Segment};
 use realfft::RealFftPlanner;
 
-/// Likelihood ratio from which a step is named. A place among a thousand is free: 15 names one in 3.5 % of clean logs of six
-/// axes, 18 in 2 %.
-const STEP_THRESHOLD: f64 = 22.0;
+/// 2 ln of the likelihood averaged over all places, from which a step is named. White noise leaves few places to choose
+/// from, a walk many: the average names 0.15 % of axes of either, where the largest ratio of that share is 17 and 22.
+const STEP_EVIDENCE: f64 = 10.0;
 /// The same of a warm-up, whose time alone is free, as of a ramp.
 const WARM_UP_THRESHOLD: f64 = 12.0;
 /// Shortest time of a warm-up; the longest is a quarter of the log.
@@ -22,6 +24,8 @@ const SHORTEST_WARM_UP_S: f64 = 30.0;
 /// Ratio from which a power of the temperature is kept.
 const TEMPERATURE_THRESHOLD: f64 = 3.84;
 const MOST_STEPS: usize = 12;
+/// Amplitude of a warm-up over the floor of the Allan deviation; a smaller one is drift as the terms make it.
+const WARM_UP_OVER_FLOOR: f64 = 3.0;
 
 type Chosen = (Vec<Active>, (Solution, Free, usize), Problem);
 
@@ -113,37 +117,56 @@ pub(super) fn regressors(
         let now = problem.fit(&start, &free);
         if options.data_checks && steps_so_far < MOST_STEPS {
             // A step is looked for in what the fit leaves.
-            let places = checks::find_step(work, segments, &active, &now);
-            let mut found: Option<(Active, Solution)> = None;
-            for (which, at) in places.into_iter().flatten() {
+            // A process already found belongs to what the step stands out of.
+            let processes = first_round && grown.2 > 0;
+            let background = if processes { &grown.0 } else { &now };
+            let likely = checks::find_step(work, segments, &active, background);
+            let threshold = STEP_EVIDENCE - likely.as_ref().map_or(0.0, |l| l.choice);
+            let mut found: Option<(Active, Solution, Problem)> = None;
+            for (which, at) in likely.into_iter().flat_map(|l| l.places) {
                 let with = |reach: usize| {
                     let column = regress::step(&work.segments, which, at, reach);
                     let mut with: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
                     with.push(column.clone());
                     let log = work.layout.sum(&work.segments, &with, work.cut);
-                    (
-                        column,
-                        Problem::new(&[&log], false).fit(&now.parameters, &free),
-                    )
+                    let problem = Problem::new(&[&log], false);
+                    let tried = problem.fit(&now.parameters, &free);
+                    (column, tried, problem)
                 };
-                let (mut column, mut tried) = with(regress::SMOOTH_REACH);
+                let (mut column, mut tried, mut stepped) = with(regress::SMOOTH_REACH);
                 let height = tried.beta[0].last().copied().unwrap_or(0.0);
                 let level = spectrum_at(&now.parameters, 0.25 * work.cut).sqrt();
                 let reach = regress::step_reach(work.segments[which].n, height / level);
                 if reach > 2 * regress::SMOOTH_REACH {
-                    (column, tried) = with(reach);
+                    (column, tried, stepped) = with(reach);
                 }
                 let kind = ActiveKind::Step(which, at);
                 if found
                     .as_ref()
                     .is_none_or(|f| tried.objective < f.1.objective)
                 {
-                    found = Some((Active { kind, column }, tried));
+                    let step = Active {
+                        kind,
+                        column,
+                        threshold,
+                    };
+                    found = Some((step, tried, stepped));
                 }
             }
-            if let Some((step, tried)) = found {
-                let excess = now.objective - tried.objective - STEP_THRESHOLD;
-                let rival = best_offer(&whole, base, &offers, &now, &free);
+            if let Some((step, tried, stepped)) = found {
+                let mut ratio = now.objective - tried.objective;
+                if (ratio > threshold || processes) && count < candidates.gauss_markov.min(2) {
+                    let more = select::with_gauss_markov(&free, count);
+                    let null = select::add_gauss_markov(&problem, &now, &free, count, 6.0);
+                    let other = select::add_gauss_markov(&stepped, &tried, &free, count, 6.0);
+                    let both = stepped.fit(&null.parameters, &more);
+                    let least = both.objective.min(other.objective).min(tried.objective);
+                    let beside = null.objective.min(now.objective) - least;
+                    let needed = now.objective - null.objective >= GAUSS_MARKOV_THRESHOLD;
+                    ratio = if needed { beside } else { ratio.min(beside) };
+                }
+                let excess = ratio - threshold;
+                let rival = best_offer(work, &whole, base, &offers, &now, &free);
                 if excess > 0.0 && rival.is_none_or(|r| r.1 - offers[r.0].1 < excess) {
                     active.push(step);
                     current = Some(tried);
@@ -152,7 +175,7 @@ pub(super) fn regressors(
                 }
             }
         }
-        let offer = best_offer(&whole, base, &offers, &now, &free);
+        let offer = best_offer(work, &whole, base, &offers, &now, &free);
         // Without anything taken in yet the Gauss–Markov terms are those already found.
         let more = if count < candidates.gauss_markov.min(2) {
             if first_round && grown.2 == 0 {
@@ -174,6 +197,7 @@ pub(super) fn regressors(
                 active.push(Active {
                     kind,
                     column: columns[base + index].clone(),
+                    threshold: offers[index].1,
                 });
                 current = Some(solution);
             }
@@ -204,6 +228,7 @@ pub(super) fn regressors(
 
 /// The offered column with the largest gain among those that pass: (index, gain, fit).
 fn best_offer(
+    work: &Work,
     whole: &Problem,
     base: usize,
     offers: &[(ActiveKind, f64)],
@@ -211,16 +236,37 @@ fn best_offer(
     free: &Free,
 ) -> Option<(usize, f64, Solution)> {
     let mut best: Option<(usize, f64, Solution)> = None;
-    for (i, (_, threshold)) in offers.iter().enumerate() {
+    for (i, (kind, threshold)) in offers.iter().enumerate() {
         let mut keep: Vec<usize> = (0..base).collect();
         keep.push(base + i);
         let tried = whole.with_columns(&keep, false).fit(&now.parameters, free);
         let gain = now.objective - tried.objective;
-        if gain >= *threshold && best.as_ref().is_none_or(|b| gain > b.1) {
+        if gain >= *threshold
+            && best.as_ref().is_none_or(|b| gain > b.1)
+            && stands_over_floor(work, *kind, base, &tried)
+        {
             best = Some((i, gain, tried));
         }
     }
     best
+}
+
+/// Whether column `index`, where it is a warm-up, starts high enough over the floor of the fit's Allan deviation.
+fn stands_over_floor(work: &Work, kind: ActiveKind, index: usize, fit: &Solution) -> bool {
+    if !matches!(kind, ActiveKind::WarmUp(_)) {
+        return true;
+    }
+    let amplitude = fit.beta[0].get(index).map_or(0.0, |b| b.abs() * work.scale);
+    let terms = Units::new(work).terms(&fit.parameters);
+    let longest = work.samples as f64 * work.step_s / 3.0;
+    let octaves = (longest / work.step_s).log2().max(0.0);
+    let points = (4.0 * octaves).ceil() as i32;
+    let floor = (0..=points)
+        .map(|k| longest * f64::exp2(-f64::from(k) / 4.0))
+        .map(|tau| terms.allan_variance(tau))
+        .fold(f64::INFINITY, f64::min)
+        .sqrt();
+    amplitude > WARM_UP_OVER_FLOOR * floor
 }
 
 /// Refines the time constant of a warm-up between the points of the search.
@@ -281,12 +327,6 @@ fn drop_idle(
         let now = whole.fit(&start, free);
         let mut worst: Option<(usize, f64)> = None;
         for (i, a) in active.iter().enumerate() {
-            let threshold = match a.kind {
-                ActiveKind::Ramp => RAMP_THRESHOLD,
-                ActiveKind::Temperature(_) => TEMPERATURE_THRESHOLD,
-                ActiveKind::Step(..) => STEP_THRESHOLD,
-                ActiveKind::WarmUp(_) => WARM_UP_THRESHOLD,
-            };
             if matches!(a.kind, ActiveKind::Temperature(1))
                 && active.iter().any(|b| b.kind == ActiveKind::Temperature(2))
             {
@@ -294,7 +334,10 @@ fn drop_idle(
             }
             let keep: Vec<usize> = (0..active.len()).filter(|&k| k != i).collect();
             let fit = whole.with_columns(&keep, false).fit(&now.parameters, free);
-            let share = (fit.objective - now.objective) / threshold;
+            let mut share = (fit.objective - now.objective) / a.threshold;
+            if !stands_over_floor(work, a.kind, i, &now) {
+                share = share.min(0.0);
+            }
             if share < 1.0 && worst.is_none_or(|w| share < w.1) {
                 worst = Some((i, share));
             }

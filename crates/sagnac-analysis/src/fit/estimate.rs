@@ -27,6 +27,9 @@ use realfft::RealFftPlanner;
 const MOST_LINES: usize = 24;
 /// Below this duration B, K, R and Gauss–Markov terms are bounded only.
 pub(super) const SHORT_S: f64 = 100.0;
+/// Likelihood ratio from which a B or K with too few coefficients is told of: 0.1 % of absent ones reach it. Below, it is
+/// not seen at all, and its limit stands as that of any other.
+const NAMED_RATIO: f64 = 9.5;
 /// Fewest samples that give parameters.
 const FEWEST: usize = 64;
 
@@ -49,6 +52,8 @@ pub(super) struct Work {
 pub(super) struct Active {
     pub kind: ActiveKind,
     pub column: Column,
+    /// 2 Δ ln L from which it is kept.
+    pub threshold: f64,
 }
 
 /// What a column stands for.
@@ -366,7 +371,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         let few = coefficients_below_corner(&problem, &best.parameters, k);
         if short || few < 10.0 {
             bounded[k] = true;
-            if !short {
+            if !short && tests.ratios[k] >= NAMED_RATIO {
                 let name = if k == B {
                     "flicker noise"
                 } else {
