@@ -194,7 +194,6 @@ pub fn quantile(sorted: &[f64], p: f64, tail: f64) -> Sampled {
     // Binomial probabilities in logarithms, by recurrence from k = 0.
     let (lp, lq) = (p.ln(), (1.0 - p).ln());
     let mut log_pmf = n as f64 * lq;
-    let mut below_l = 0.0;
     let (mut lower, mut upper) = (0usize, None);
     let mut cumulative = vec![0.0; n + 2];
     for k in 0..=n {
@@ -203,12 +202,10 @@ pub fn quantile(sorted: &[f64], p: f64, tail: f64) -> Sampled {
     }
     // P(Bin < l) = cumulative[l].
     for l in 1..=n {
-        below_l = cumulative[l];
-        if below_l <= tail {
+        if cumulative[l] <= tail {
             lower = l;
         }
     }
-    let _ = below_l;
     for u in (1..=n).rev() {
         if 1.0 - cumulative[u] <= tail {
             upper = Some(u);

@@ -57,8 +57,13 @@ const ROWS: [usize; 4] = [14, 29, 44, 59];
 
 impl DriftOutcome {
     fn interval_text(&self, i: [Option<f64>; 2], factor: f64) -> String {
-        let end = |v: Option<f64>| v.map_or("?".to_owned(), |v| significant(v / factor, 3));
-        format!("{} … {}", end(i[0]), end(i[1]))
+        let end = |v: f64| significant(v / factor, 3);
+        match i {
+            [Some(low), Some(high)] => format!("{} … {}", end(low), end(high)),
+            [Some(low), None] => format!("> {}", end(low)),
+            [None, Some(high)] => format!("< {}", end(high)),
+            [None, None] => "unknown".to_owned(),
+        }
     }
 
     /// The largest term in a clause.
@@ -226,6 +231,9 @@ impl DriftOutcome {
                 )
             };
             doc.paragraph(text);
+            if found.r95(0.025)[59].interval_m[1].is_none() {
+                doc.paragraph("Fewer than 72 runs cannot bound R95 from above.");
+            }
         }
         doc.paragraph(self.conditions());
         if let Some((term, _, factor)) = self.improve_first().first() {
