@@ -36,8 +36,10 @@ def one(program, seed, settings):
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "log.npy")
         generator.write(path, time, gyro, accel)
-        done = subprocess.run([program, "calibrate", "multi-position", path, "--format", "json"], capture_output=True,
-                              text=True)
+        call = [program, "calibrate", "multi-position", path, "--format", "json"]
+        if "latitude" in settings:
+            call += ["--latitude", f"{settings['latitude']} rad", "--gravity", f"{generator.G0} m/s^2"]
+        done = subprocess.run(call, capture_output=True, text=True)
     if done.returncode:
         return seed, None, done.stderr, truth
     return seed, json.loads(done.stdout), "", truth

@@ -65,7 +65,14 @@ const SEEN: f64 = 2.706;
 const EARTH_DOUBT: f64 = 2.0;
 
 /// Finds the drift of each axis; `design` has the columns 1 and f̂, `earth` the variance the Earth's rate would add.
-pub(super) fn find(axes: &[Axis; 3], design: &DMatrix<f64>, spans: &[Span], earth: f64) -> Drift {
+/// `certain` counts it whatever they say.
+pub(super) fn find(
+    axes: &[Axis; 3],
+    design: &DMatrix<f64>,
+    spans: &[Span],
+    earth: f64,
+    certain: bool,
+) -> Drift {
     let n = spans.len();
     if n < design.ncols() + 3 {
         return Drift {
@@ -93,7 +100,7 @@ pub(super) fn find(axes: &[Axis; 3], design: &DMatrix<f64>, spans: &[Span], eart
             }
         }
     }
-    let has_earth = best[1].1 >= best[0].1 - EARTH_DOUBT;
+    let has_earth = certain || best[1].1 >= best[0].1 - EARTH_DOUBT;
     Drift {
         rate: best[usize::from(has_earth)].0,
         has_earth,

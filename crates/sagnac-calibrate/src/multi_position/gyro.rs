@@ -443,7 +443,14 @@ impl Input<'_> {
         let (spans, _) = self.spans();
         let [vertical, horizontal] = self.earth();
         let earth = (vertical.powi(2) + 2.0 * horizontal.powi(2)) / 3.0;
-        drift::find(&axes, &design, &spans[..n], earth)
+        // A latitude says that the log was taken on the turning Earth.
+        drift::find(
+            &axes,
+            &design,
+            &spans[..n],
+            earth,
+            self.latitude_rad.is_some(),
+        )
     }
 }
 
