@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use sagnac::Error;
-use sagnac::log::{Folder, LogReader, ReadOptions, ReadSeek, Source};
+use sagnac::log::{Folder, LogReader, ReadOptions, ReadSeek, Source, WriteFormat};
 use sagnac::model::Model;
 use sagnac::model::units::Dimension;
 use sha2::{Digest as _, Sha256};
@@ -116,6 +116,7 @@ impl LogOptions {
             axes: self.axes.clone(),
             any_topic: false,
             keep_others: false,
+            keep_text: false,
             threads: rayon::current_num_threads(),
         })
     }
@@ -125,10 +126,16 @@ impl LogOptions {
         open_with(path, &self.read_options()?, self.hashes.as_ref())
     }
 
-    /// Opens a log with the columns that `--columns` does not name, too.
-    pub(crate) fn open_whole(&self, path: &Path) -> Result<(Box<dyn LogReader>, Meter), Error> {
+    /// Opens a log with the columns that are no channels, to be written as `format`: cell by cell
+    /// as they are where that holds text, else as numbers.
+    pub(crate) fn open_whole(
+        &self,
+        path: &Path,
+        format: WriteFormat,
+    ) -> Result<(Box<dyn LogReader>, Meter), Error> {
         let options = ReadOptions {
             keep_others: true,
+            keep_text: format.is_text(),
             ..self.read_options()?
         };
         open_with(path, &options, self.hashes.as_ref())

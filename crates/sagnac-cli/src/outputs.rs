@@ -199,6 +199,62 @@ impl Seek for Output {
     }
 }
 
+/// A folder that goes away again, with those made above it, unless it is kept.
+pub(crate) struct NewFolder(Vec<PathBuf>);
+
+impl NewFolder {
+    /// Makes `path` and what is missing above it.
+    pub(crate) fn make(path: &Path) -> Result<Self, Error> {
+        let missing = path
+            .ancestors()
+            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+        let made = Self(missing.map(Path::to_owned).collect());
+        fs::create_dir_all(path).map_err(|e| cannot(path, &e))?;
+        Ok(made)
+    }
+
+    /// Keeps it.
+    pub(crate) fn keep(mut self) {
+        self.0.clear();
+    }
+}
+
+impl Drop for NewFolder {
+    fn drop(&mut self) {
+        for folder in &self.0 {
+            // One that holds something by now stays.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Refuses an output of at least `bytes` where the disk has less room.
+pub(crate) fn refuse_without_room(path: &Path, bytes: f64) -> Result<(), Error> {
+    #[cfg(unix)]
+    {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let is_file = fs::metadata(path).map_or(true, |m| m.is_file());
+        if let Some(disk) = rustix::fs::statvfs(folder).ok().filter(|_| is_file) {
+            let free = disk.f_bavail as f64 * disk.f_frsize as f64;
+            if bytes > free {
+                return Err(Error::data(format!(
+                    "{} needs at least {:.1} GB, and the disk has {:.1} GB free",
+                    path.display(),
+                    bytes / 1e9,
+                    free / 1e9
+                ))
+                .advise("shorten the run, lower --rate or choose another disk"));
+            }
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = (path, bytes);
+    Ok(())
+}
+
 /// Names all outputs at once, after flushing every one, so that a full disk leaves none behind.
 pub(crate) fn publish_all(outputs: Vec<Output>) -> Result<Vec<String>, Error> {
     let mut outputs = outputs;

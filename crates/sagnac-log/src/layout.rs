@@ -1,5 +1,7 @@
 //! What a log holds: its format, channels, clock and the notes that reading it gave.
 
+use crate::TextColumn;
+
 /// What a channel measures, which fixes its SI unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -100,6 +102,8 @@ pub struct Layout {
     pub format: String,
     /// Channels, in the order of the block's columns. Time is not among them.
     pub channels: Vec<Channel>,
+    /// Columns that are kept as text ([`crate::ReadOptions::keep_text`]), in the order of the block's.
+    pub texts: Vec<TextColumn>,
     /// True where blocks carry time stamps.
     pub has_time: bool,
     /// The rate that was given or that the file states; `None` where it comes from the stamps.

@@ -4,6 +4,7 @@
 //! blocks of rows with channels in SI; [`Log::read`] collects them. Units are never guessed.
 
 mod beat;
+mod cells;
 mod clock;
 mod coarse;
 mod error;
@@ -25,6 +26,7 @@ mod wild;
 mod write;
 
 pub use beat::Cadence;
+pub use cells::{Cells, TextColumn};
 pub use error::Error;
 pub use issue::{Issue, IssueKind};
 pub use layout::{Channel, Layout, Quantity, Topic};

@@ -1,7 +1,8 @@
 //! A whole log in memory, column by column.
 
 use crate::beat::Beat;
-use crate::{Block, Channel, Error, Layout, LogReader, Stamps};
+use crate::stream::append_texts;
+use crate::{Block, Cells, Channel, Error, Layout, LogReader, Stamps};
 
 /// A whole log in memory. Known channels are in SI, increments are already divided by dt.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -12,6 +13,8 @@ pub struct Log {
     pub stamps: Stamps,
     /// Values, a column a channel of [`Layout::channels`].
     pub columns: Vec<Vec<f64>>,
+    /// Cells, a column a column of [`Layout::texts`].
+    pub texts: Vec<Cells>,
     /// Rows.
     pub rows: usize,
 }
@@ -38,6 +41,7 @@ impl Log {
             for (all, part) in log.columns.iter_mut().zip(&block.columns) {
                 all.extend_from_slice(part);
             }
+            append_texts(&mut log.texts, &block.texts);
             log.rows += block.rows;
         }
         log.layout = reader.layout().clone();
@@ -126,6 +130,7 @@ impl Log {
             Block {
                 stamps,
                 columns,
+                texts: self.texts.iter().map(|t| t.slice(range.clone())).collect(),
                 rows: range.len(),
             }
         })

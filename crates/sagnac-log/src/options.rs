@@ -13,6 +13,9 @@ pub struct ReadOptions {
     pub any_topic: bool,
     /// Hands on the columns that `columns` does not name, as they are.
     pub keep_others: bool,
+    /// Keeps the columns that are no channels as text, cell by cell as they are ([`crate::Layout::texts`]),
+    /// where the format is a table of text: for writing them to CSV again.
+    pub keep_text: bool,
     /// `--start`, seconds from the first sample.
     pub start_s: Option<f64>,
     /// `--end`, seconds from the first sample.

@@ -1,6 +1,6 @@
 //! The traits that every format implements: a log comes and goes in blocks of rows.
 
-use crate::{Error, Layout, Stamps};
+use crate::{Cells, Error, Layout, Stamps};
 
 /// A run of rows, column by column.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -9,6 +9,8 @@ pub struct Block {
     pub stamps: Stamps,
     /// Values: a column a channel, in the order of [`Layout::channels`], all as long as [`Block::rows`].
     pub columns: Vec<Vec<f64>>,
+    /// Cells: a column a column of [`Layout::texts`], all as long as [`Block::rows`].
+    pub texts: Vec<Cells>,
     /// Rows in the block.
     pub rows: usize,
 }
@@ -19,6 +21,7 @@ impl Block {
         Self {
             stamps: Stamps::default(),
             columns: vec![Vec::new(); n],
+            texts: Vec::new(),
             rows: 0,
         }
     }
@@ -29,7 +32,18 @@ impl Block {
         for c in &mut self.columns {
             c.clear();
         }
+        self.texts.iter_mut().for_each(Cells::clear);
         self.rows = 0;
+    }
+
+    /// Adds the rows of `more`.
+    pub fn append(&mut self, more: &Self) {
+        self.stamps.append(&more.stamps);
+        for (all, part) in self.columns.iter_mut().zip(&more.columns) {
+            all.extend_from_slice(part);
+        }
+        append_texts(&mut self.texts, &more.texts);
+        self.rows += more.rows;
     }
 
     /// Keeps the rows that are marked.
@@ -42,6 +56,7 @@ impl Block {
             });
         };
         self.columns.iter_mut().for_each(mark);
+        self.texts.iter_mut().for_each(|t| t.filter(wanted));
         match &mut self.stamps {
             Stamps::Seconds(v) => mark(v),
             Stamps::Nanoseconds(v) => {
@@ -65,7 +80,16 @@ impl Block {
             c.truncate(range.end);
             c.drain(..range.start);
         }
+        self.texts.iter_mut().for_each(|t| t.keep(range.clone()));
         self.rows = range.len();
+    }
+}
+
+/// Adds cells, column by column.
+pub(crate) fn append_texts(all: &mut Vec<Cells>, more: &[Cells]) {
+    all.resize_with(more.len().max(all.len()), Cells::default);
+    for (all, part) in all.iter_mut().zip(more) {
+        all.append(part);
     }
 }
 

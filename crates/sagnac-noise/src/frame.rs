@@ -100,7 +100,12 @@ impl OneNormal {
             last = self.phi * last + (gain * normal + carry * last_normal);
             *out += last;
             last_normal = *normal;
-            carry = self.covariance / gain;
+            // A process too fast to leave anything in its means has neither.
+            carry = if gain == 0.0 {
+                0.0
+            } else {
+                self.covariance / gain
+            };
             gain = libm::sqrt(self.variance - carry * carry);
         }
         let mut powers = [self.phi; GROUP];

@@ -95,3 +95,37 @@ impl Generator for GaussMarkovGenerator {
         self.0.add_frame(frame, scratch);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AxisGenerator, AxisNoise, TermSet};
+
+    #[test]
+    fn a_process_far_faster_than_its_samples_leaves_next_to_nothing() {
+        let key = StreamKey {
+            seed: 1,
+            run: 1,
+            sensor: 0,
+            axis: 0,
+        };
+        for correlation_time_s in [1e-12, 1e-160, 1e-300, f64::MIN_POSITIVE] {
+            let mut noise = AxisNoise::default();
+            noise.instability_gauss_markov = GaussMarkov {
+                sigma: 1.0,
+                correlation_time_s,
+            };
+            let made = AxisGenerator::new(&noise, TermSet::ALL, 0.01, 10.0, key);
+            let mut samples = [0.0; 2000];
+            if let Ok(mut generator) = made {
+                generator.fill(&mut samples, None);
+            }
+            // The variance of a mean is 2σ²T_c/dt.
+            let power = samples.iter().map(|x| x * x).sum::<f64>() / 2000.0;
+            let ratio = power / (2.0 * correlation_time_s / 0.01);
+            let is_right =
+                (ratio - 1.0).abs() < 0.2 || correlation_time_s < 1e-290 && power < 1e-290;
+            assert!(is_right, "{correlation_time_s}: {power}");
+        }
+    }
+}

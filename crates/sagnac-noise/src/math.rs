@@ -6,6 +6,9 @@
 use core::f64::consts::PI;
 use core::ops::{Add, Mul, Sub};
 
+/// From here on x² may be no finite number, and only the leading term is left.
+const BEYOND_SQUARES: f64 = 1e150;
+
 /// `(1 − e^−x)/x`, 1 at x = 0.
 pub(crate) fn mean_decay(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { -libm::expm1(-x) / x }
@@ -22,6 +25,8 @@ pub(crate) fn mean_of_mean_decay(x: f64) -> f64 {
             term *= -x / f64::from(k);
         }
         sum
+    } else if x > BEYOND_SQUARES {
+        1.0 / x
     } else {
         (x + libm::expm1(-x)) / (x * x)
     }
@@ -41,6 +46,8 @@ pub(crate) fn bridged_variance(x: f64) -> f64 {
             two *= 2.0;
         }
         sum
+    } else if x > BEYOND_SQUARES {
+        2.0 / x
     } else {
         let one_step = libm::exp(-x);
         (2.0 * x - 3.0 + one_step * (4.0 - one_step)) / (x * x)

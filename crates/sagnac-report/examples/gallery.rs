@@ -6,7 +6,7 @@ use std::path::Path;
 use sagnac_report::html::{
     BudgetRow, CalibrationPage, CertificatePage, CharacterizePage, ChartPage, ComparePage,
     CompareRow, DriftPage, ExplainPage, Input, LogReport, Opening, ParameterCell, ParameterRow,
-    Reference, ResponsePage, ResponseRow, ResultRow, ResultTable, Rich,
+    RandomRow, Reference, ResponsePage, ResponseRow, ResultRow, ResultTable, Rich,
 };
 use sagnac_report::plots::{
     AllanPanel, AllanTerm, ChartCurve, Color, CurveChart, IssueBar, IssueTimeline, allan_panels,
@@ -839,6 +839,14 @@ fn pages() -> Vec<(&'static str, String)> {
             "**At this input misalignment is the largest gyro error: −14.4 °/h on z.** Together the terms add 36, 0 and −36 °/h to x, y and z.",
         ),
         gyro: explain(),
+        random: [
+            vec![RandomRow {
+                term: "noise.rate_random_walk, after 1 h".to_owned(),
+                sigma: ["1.5", "1.5", "−"].map(str::to_owned),
+                unit: "°/h".to_owned(),
+            }],
+            Vec::new(),
+        ],
         ..ExplainPage::default()
     };
     out.push(("explain.html", explain_page.html()));

@@ -1,10 +1,10 @@
 //! The time of every row of a log, and what is odd about its stamps: gaps, repeats, steps back.
 //!
 //! Where a rate was given that overrides the stamps, a row is one interval of that rate, and a gap
-//! as many as it is long in the median interval of the stamps.
+//! as many as it is long in the median interval of the stamps; the times written are those then.
 
-use sagnac_log::{Stamp, Stamps};
-use sagnac_report::text::{clock, duration, group_thousands};
+use sagnac_log::{Block, Layout, Stamp, Stamps};
+use sagnac_report::text::{clock, duration, general, group_thousands};
 
 /// The median of the rising steps between stamps, s.
 pub(crate) fn median_step_s(stamps: &Stamps) -> Option<f64> {
@@ -16,6 +16,55 @@ pub(crate) fn median_step_s(stamps: &Stamps) -> Option<f64> {
         .collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied()
+}
+
+/// The median interval of stamps that the rate given beside them overrides; dt itself where they
+/// never rise, `None` where the stamps count.
+pub(crate) fn overridden_dt_s(layout: &Layout, first: &Block) -> Option<f64> {
+    let rate_hz = layout.rate_hz.filter(|_| layout.has_time)?;
+    Some(median_step_s(&first.stamps).unwrap_or(1.0 / rate_hz))
+}
+
+/// Times of a log by the rate that was given beside its stamps.
+pub(crate) struct GivenRate {
+    rate_hz: f64,
+    clock: Option<RowClock>,
+    /// Of the last row, from the first.
+    pub(crate) last_s: f64,
+}
+
+impl GivenRate {
+    /// `None` where the stamps count, or there are none.
+    pub(crate) fn of(layout: &Layout) -> Option<Self> {
+        let rate_hz = layout.rate_hz.filter(|_| layout.has_time)?;
+        Some(Self {
+            rate_hz,
+            clock: None,
+            last_s: 0.0,
+        })
+    }
+
+    /// The stamps of the next rows.
+    pub(crate) fn stamps(&mut self, read: &Stamps) -> Stamps {
+        let dt_s = 1.0 / self.rate_hz;
+        let clock = self
+            .clock
+            .get_or_insert_with(|| RowClock::new(dt_s, Some(median_step_s(read).unwrap_or(dt_s))));
+        let mut out = Stamps::default();
+        for k in 0..read.len() {
+            let stamp = read.get(k);
+            self.last_s = clock.next(stamp);
+            if let Some(stamp) = clock.written(stamp, self.last_s) {
+                out.push(stamp);
+            }
+        }
+        out
+    }
+
+    /// The sentence on it.
+    pub(crate) fn note(&self) -> Option<String> {
+        self.clock.as_ref().and_then(RowClock::note)
+    }
 }
 
 /// One kind of oddity: how often, and the first.
@@ -42,7 +91,7 @@ pub(crate) struct RowClock {
     origin: Option<Stamp>,
     last_s: f64,
     was_back: bool,
-    /// Rows in a row with the stamp of the one before.
+    /// Rows in a row with the stamp of the one before, or none.
     repeated: f64,
     rows: u64,
     /// Intervals of dt in gaps, where the stamps are overridden.
@@ -81,7 +130,12 @@ impl RowClock {
         let at_s = stamp.since(self.origin.unwrap_or(stamp));
         if !at_s.is_finite() {
             self.no_number.add(self.rows, self.last_s, 0.0);
-            return self.last_s;
+            // It counts as one interval: the next stamp is so much later without a gap.
+            self.repeated += f64::from(u8::from(self.origin.is_some()));
+            return match self.overridden_dt_s {
+                Some(_) => counted(self.rows - 1, self.skipped),
+                None => self.last_s,
+            };
         }
         let is_first = self.origin.is_none();
         self.origin.get_or_insert(stamp);
@@ -92,7 +146,7 @@ impl RowClock {
             // The way forward after a step back, or after repeats, is no gap.
             if step_s > (1.5 + self.repeated) * unit_s && !self.was_back {
                 self.gaps.add(row, before_s, step_s);
-                self.skipped += step_s / unit_s - 1.0;
+                self.skipped += step_s / unit_s - 1.0 - self.repeated;
             } else if step_s == 0.0 {
                 self.repeats.add(row, before_s, 0.0);
             } else if step_s < 0.0 {
@@ -112,9 +166,40 @@ impl RowClock {
         }
     }
 
-    /// The first row, from 1, whose stamp is no finite number.
+    /// The first row, from 1, whose stamp is no finite number, where the stamps count.
     pub(crate) fn first_without_number(&self) -> Option<u64> {
-        self.no_number.first.map(|(row, _, _)| row)
+        let first = self.no_number.first.map(|(row, _, _)| row);
+        first.filter(|_| self.overridden_dt_s.is_none())
+    }
+
+    /// The stamp to write for a row that was read with `stamp` and is `at_s` after the first.
+    pub(crate) fn written(&self, stamp: Option<Stamp>, at_s: f64) -> Option<Stamp> {
+        if self.overridden_dt_s.is_none() {
+            return stamp;
+        }
+        let origin = self.origin.unwrap_or(Stamp::Nanoseconds(0));
+        let ns = match origin {
+            Stamp::Nanoseconds(ns) => Some(ns),
+            Stamp::Seconds(s) => Some(s * 1e9)
+                .filter(|ns| ns.abs() < 9e15)
+                .map(|ns| ns as i64),
+        };
+        // Intervals that whole nanoseconds would show uneven stay in seconds.
+        let is_fine = self.dt_s < 1e-6;
+        Some(match ns.filter(|_| !is_fine && at_s < 9e9) {
+            Some(ns) => Stamp::Nanoseconds(ns.saturating_add((at_s * 1e9).round() as i64)),
+            None => Stamp::Seconds(origin.seconds() + at_s),
+        })
+    }
+
+    /// The sentence on times that are written in place of the stamps.
+    pub(crate) fn note(&self) -> Option<String> {
+        self.overridden_dt_s.map(|_| {
+            format!(
+                "the times written count from the first time stamp at {} Hz, as --rate says",
+                general(1.0 / self.dt_s, 6)
+            )
+        })
     }
 
     /// A sentence a kind of oddity; `goes_on` says what is done about it.
@@ -213,5 +298,14 @@ mod tests {
             assert!((time - want).abs() < 1e-12, "{times:?}");
         }
         assert_eq!(rows.sentences("x", "y").len(), 1);
+        // A stamp that is no number, or repeated, is one interval and makes no gap.
+        let mut rows = RowClock::new(0.1, Some(1.0));
+        let times = run(&mut rows, &[0.0, f64::NAN, 2.0, 2.0, 4.0, 8.0]);
+        for (time, want) in times.iter().zip([0.0, 0.1, 0.2, 0.3, 0.4, 0.8]) {
+            assert!((time - want).abs() < 1e-12, "{times:?}");
+        }
+        assert_eq!(rows.sentences("x", "y").len(), 1);
+        let written = rows.written(None, times[5]);
+        assert_eq!(written, Some(Stamp::Nanoseconds(800_000_000)));
     }
 }

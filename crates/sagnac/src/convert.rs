@@ -13,6 +13,7 @@ use sagnac_report::text::{Document, duration, general, group_thousands};
 use serde_json::{Value, json};
 
 use crate::Error;
+use crate::clock::GivenRate;
 use crate::findings::{finding, number};
 
 /// What is wanted.
@@ -55,6 +56,7 @@ pub fn convert(
 ) -> Result<ConvertOutcome, Error> {
     let holds_increments = reader.layout().channels.iter().any(|c| c.is_increment);
     let mut watch = Watch::default();
+    let mut given = GivenRate::of(reader.layout());
     if request.resample_hz.is_none() && !holds_increments {
         let mut layout = reader.layout().clone();
         let said = set_covariances(&mut layout, request)?;
@@ -62,14 +64,22 @@ pub fn convert(
         let mut block = Block::default();
         while reader.read_block(&mut block)? {
             watch.see(&block);
+            if let Some(given) = &mut given {
+                block.stamps = given.stamps(&block.stamps);
+            }
             writer.write_block(&block)?;
         }
-        let notes = said.into_iter().chain(writer.finish()?).collect();
+        let mut notes: Vec<String> = said.into_iter().chain(writer.finish()?).collect();
+        watch.count(given, &mut notes);
         return watch.outcome(reader.layout().clone(), notes);
     }
     let mut log = Log::read(reader)?;
     let source = log.layout.clone();
     let mut notes = Vec::new();
+    if let Some(mut given) = given {
+        log.stamps = given.stamps(&log.stamps);
+        notes.extend(given.note());
+    }
     if let Some(rate) = request.resample_hz {
         let (resampled, note) = resample::resample(&log, rate)?;
         log = resampled;
@@ -129,9 +139,19 @@ struct Watch {
     regular: u64,
     issues: Vec<Issue>,
     more: u64,
+    /// Of the last row from the first, where a rate was given beside the stamps.
+    last_written_s: Option<f64>,
 }
 
 impl Watch {
+    /// Takes over what a given rate made of the stamps.
+    fn count(&mut self, given: Option<GivenRate>, notes: &mut Vec<String>) {
+        if let Some(given) = given {
+            self.last_written_s = Some(given.last_s);
+            notes.extend(given.note());
+        }
+    }
+
     fn see(&mut self, block: &Block) {
         self.rows += block.rows as u64;
         let is_number = |t: &Stamp| t.seconds().is_finite();
@@ -204,7 +224,9 @@ impl Watch {
             None if self.regular > 0 => self.steps / self.regular as f64,
             None => f64::NAN,
         };
-        let duration_s = if layout.has_time && self.first.is_some() {
+        let duration_s = if let Some(last_s) = self.last_written_s {
+            last_s + dt
+        } else if layout.has_time && self.first.is_some() {
             self.last + dt
         } else {
             self.rows as f64 * dt

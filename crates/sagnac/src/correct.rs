@@ -14,7 +14,7 @@ use sagnac_model::Model;
 use sagnac_report::text::general;
 
 use crate::Error;
-use crate::clock::{RowClock, median_step_s};
+use crate::clock::{RowClock, median_step_s, overridden_dt_s};
 use crate::simulate::Channels;
 use rows::{Pending, Work};
 use usable::usable;
@@ -110,14 +110,22 @@ pub fn correct(
             general(bound.q, 3)
         ));
     }
-    if request.flags && layout.index("flags").is_some() {
+    let has_flags =
+        layout.index("flags").is_some() || layout.texts.iter().any(|text| text.header == "flags");
+    if request.flags && has_flags {
         return Err(Error::data("the log has a column `flags` already")
             .advise("leave --flags out: the column is kept as it is"));
     }
     let out_layout = written_layout(&layout, request);
     let mut writer = create(&out_layout)?;
-    let overridden_s = layout.rate_hz.and_then(|_| median_step_s(&block.stamps));
+    let overridden_s = overridden_dt_s(&layout, &block);
     let mut work = Work::new(&core, inverse, columns, dt_s);
+    if work.needs_slope() {
+        outcome.notes.push(
+            "the log has no gyro_rate_*: the angular acceleration of the axis offset is the slope of the corrected rates"
+                .to_owned(),
+        );
+    }
     let mut pending = Pending::new(layout.channels.len(), RowClock::new(dt_s, overridden_s));
     while is_more {
         divide_increments(&layout, &mut block, dt_s);
@@ -133,6 +141,7 @@ pub fn correct(
     }
     outcome.notes.extend(reader.layout().notes.iter().cloned());
     outcome.notes.extend(writer.finish()?);
+    outcome.notes.extend(pending.clock().note());
     work.finish(&mut outcome);
     outcome.warnings.extend(
         pending

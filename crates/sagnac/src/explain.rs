@@ -8,10 +8,10 @@
     reason = "the caller has no more use for it"
 )]
 
-use sagnac_core::{Measurement, Output, Sensor, SensorModel, Truth, vector};
+use sagnac_core::{Compensation, Measurement, Output, Sensor, SensorModel, Truth, vector};
 use sagnac_model::Model;
 use sagnac_model::units::{Dimension, parse_quantity};
-use sagnac_report::html::{ExplainPage, Opening, Rich};
+use sagnac_report::html::{ExplainPage, Opening, RandomRow, Rich};
 use sagnac_report::plots::{ExplainPanel, explain_panels};
 use sagnac_report::svg::{Svg, page_number};
 use sagnac_report::text::{Document, general};
@@ -120,6 +120,8 @@ pub struct ExplainOutcome {
     pub axes: Vec<AxisTerms>,
     /// Whether the temperature lies outside the range in which the terms are known.
     pub is_temperature_outside: bool,
+    /// Why `correct` refuses the model, where it does.
+    pub no_inverse: Option<String>,
 }
 
 /// What each term adds to each axis at one input.
@@ -134,7 +136,9 @@ pub fn explain(model: &Model, at: &At) -> Result<ExplainOutcome, Error> {
     let mut is_temperature_outside = false;
     for sensor in Sensor::ALL {
         let terms = deterministic(&core, &forward, sensor, at, dt_s);
-        if let Some((name, _)) = terms.iter().find(|(_, v)| v.iter().any(|v| !v.is_finite())) {
+        let per_si = shown(sensor).per_si;
+        let is_beyond = |v: &[f64; 3]| v.iter().any(|v| !(v * per_si).is_finite());
+        if let Some((name, _)) = terms.iter().find(|(_, v)| is_beyond(v)) {
             return Err(Error::data(format!(
                 "{}.{name} is beyond every number at this input",
                 sensor.key()
@@ -173,7 +177,39 @@ pub fn explain(model: &Model, at: &At) -> Result<ExplainOutcome, Error> {
         at: *at,
         axes,
         is_temperature_outside,
+        no_inverse: no_inverse(&core, dt_s),
     })
+}
+
+/// Why the model cannot be inverted, where it cannot.
+pub(crate) fn no_inverse(core: &SensorModel<f64>, dt_s: f64) -> Option<String> {
+    let error = Compensation::new(core, dt_s).err()?;
+    Some(format!("{error}: `correct` refuses this model"))
+}
+
+/// The term that takes the reading of a triad beyond every number: the first that is no finite
+/// number, else the largest; `None` where all terms and their sum are finite.
+pub(crate) fn beyond_every_number(
+    core: &SensorModel<f64>,
+    sensor: Sensor,
+    at: &At,
+    dt_s: f64,
+) -> Option<&'static str> {
+    let mut terms = deterministic(core, &Measurement::new(core), sensor, at, dt_s);
+    // These follow from the sum.
+    terms.retain(|(name, _)| !matches!(*name, "range" | "resolution"));
+    let size = |v: &[f64; 3]| v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let is_finite = |v: &[f64; 3]| v.iter().all(|v| v.is_finite());
+    if let Some((name, _)) = terms.iter().find(|(_, v)| !is_finite(v)) {
+        return Some(name);
+    }
+    let sum = terms
+        .iter()
+        .fold(truth_of(sensor, at), |sum, (_, v)| vector::add(sum, *v));
+    let largest = terms
+        .iter()
+        .max_by(|a, b| size(&a.1).total_cmp(&size(&b.1)));
+    largest.filter(|_| !is_finite(&sum)).map(|(name, _)| *name)
 }
 
 fn truth_of(sensor: Sensor, at: &At) -> [f64; 3] {
@@ -248,7 +284,13 @@ fn deterministic(
 }
 
 /// The random terms of one axis with the σ that they give a sample.
-fn random(model: &Model, sensor: Sensor, k: usize, dt_s: f64, at: &At) -> Vec<(String, f64)> {
+pub(crate) fn random(
+    model: &Model,
+    sensor: Sensor,
+    k: usize,
+    dt_s: f64,
+    at: &At,
+) -> Vec<(String, f64)> {
     let noise = model.axis_noise(sensor, k);
     let stability = model.stability(sensor);
     let u = truth_of(sensor, at);
@@ -371,7 +413,8 @@ impl ExplainOutcome {
                 })
             })
             .collect();
-        json!({"model": self.name, "axes": axes})
+        let warnings: Vec<&String> = self.no_inverse.iter().collect();
+        json!({"model": self.name, "axes": axes, "warnings": warnings})
     }
 
     /// The largest term of a sensor: axis, term, value.
@@ -420,6 +463,9 @@ impl ExplainOutcome {
         if self.is_temperature_outside {
             out.warning("the temperature is outside the model's range: the nearer end is taken");
         }
+        if let Some(why) = &self.no_inverse {
+            out.warning(why.clone());
+        }
         for sensor in Sensor::ALL {
             let unit = shown(sensor);
             let of_sensor = || self.axes.iter().filter(move |axis| axis.sensor == sensor);
@@ -449,14 +495,7 @@ impl ExplainOutcome {
                 }
                 out.line(bar("sum", sum(axis) * unit.per_si, per_column));
             }
-            let mut random: Vec<String> = Vec::new();
-            for axis in of_sensor() {
-                for (term, _) in &axis.random {
-                    if !random.contains(term) {
-                        random.push(term.clone());
-                    }
-                }
-            }
+            let random = self.random_rows(sensor);
             if !random.is_empty() {
                 let mut table = sagnac_report::text::Table::new(
                     &[
@@ -468,25 +507,36 @@ impl ExplainOutcome {
                     ],
                     &[],
                 );
-                for term in &random {
-                    let cell = |k: usize| {
-                        of_sensor()
-                            .nth(k)
-                            .and_then(|axis| axis.random.iter().find(|r| &r.0 == term))
-                            .map_or_else(|| "-".to_owned(), |r| general(r.1 * unit.per_si, 4))
-                    };
-                    table.row([
-                        term.clone(),
-                        cell(0),
-                        cell(1),
-                        cell(2),
-                        unit.term.to_owned(),
-                    ]);
+                for (term, sigma) in random {
+                    let [x, y, z] = sigma;
+                    table.row([term, x, y, z, unit.term.to_owned()]);
                 }
                 out.blank().table(table);
             }
         }
         out
+    }
+
+    /// Random terms of a sensor with σ on x, y, z in the unit of its terms.
+    fn random_rows(&self, sensor: Sensor) -> Vec<(String, [String; 3])> {
+        let per_si = shown(sensor).per_si;
+        let axes: Vec<&AxisTerms> = self.axes.iter().filter(|a| a.sensor == sensor).collect();
+        let mut names: Vec<&str> = Vec::new();
+        for (term, _) in axes.iter().flat_map(|axis| &axis.random) {
+            if !names.contains(&term.as_str()) {
+                names.push(term);
+            }
+        }
+        let cell = |k: usize, term: &str| {
+            let found = axes
+                .get(k)
+                .and_then(|axis| axis.random.iter().find(|r| r.0 == term));
+            found.map_or_else(|| "-".to_owned(), |r| general(r.1 * per_si, 4))
+        };
+        names
+            .into_iter()
+            .map(|term| (term.to_owned(), [0, 1, 2].map(|k| cell(k, term))))
+            .collect()
     }
 
     /// The panels of a sensor, for pages and pictures.
@@ -544,6 +594,9 @@ impl ExplainOutcome {
                 "The temperature is outside the model’s range: the terms are taken at its nearer end.",
             ));
         }
+        if let Some(why) = &self.no_inverse {
+            limits.push(Rich::new().plain(format!("{}.", capital(why.replace('`', "")))));
+        }
         ExplainPage {
             opening: Opening {
                 name: self.name.clone(),
@@ -554,13 +607,22 @@ impl ExplainOutcome {
                 method: Rich::new().plain(
                     "The lecture’s equations (1) and (2) term by term; accelerometer terms at the force \
                      that each accelerometer feels where it sits, so that axis offset is that force less the one at the \
-                     centre. Without run-to-run draws and noise.",
+                     center. The bars are without run-to-run draws and noise.",
                 ),
                 limits,
                 ..Opening::default()
             },
             gyro: self.panels(Sensor::Gyro),
             accel: self.panels(Sensor::Accel),
+            random: Sensor::ALL.map(|sensor| {
+                let rows = self.random_rows(sensor).into_iter();
+                rows.map(|(term, sigma)| RandomRow {
+                    term,
+                    sigma: sigma.map(|text| page_number(&text)),
+                    unit: shown(sensor).term_page.to_owned(),
+                })
+                .collect()
+            }),
         }
     }
 

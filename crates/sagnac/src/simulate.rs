@@ -19,6 +19,7 @@ use sagnac_log::{Block, Channel, Layout, Log, LogReader, LogWriter};
 use sagnac_model::Model;
 use sagnac_nav::{Start, Trajectory};
 use sagnac_noise::TermSet;
+use sagnac_report::text::{duration, general};
 use serde_json::{Value, json};
 
 use crate::Error;
@@ -28,6 +29,9 @@ use source::{LogSource, Plan, TrajectorySource, TruthRows, TruthSource};
 
 /// The flicker's slow end where the length of the input is not known: that of a day.
 const UNKNOWN_LENGTH_S: f64 = 86_400.0;
+
+/// More samples than a run of a day gives on any machine of today.
+const MOST_SAMPLES: f64 = 1e12;
 
 /// Gives the truth log from its start, every time it is called.
 pub type OpenLog<'a> = Box<dyn FnMut() -> Result<Box<dyn LogReader>, Error> + 'a>;
@@ -214,6 +218,8 @@ pub fn simulate(
             )?;
         }
         if let Some(source) = &log_source {
+            outcome.notes.extend(source.reader_notes());
+            outcome.notes.extend(source.clock.note());
             clock = Some(source.clock.clone());
         }
         outcome.samples = done - before;
@@ -309,6 +315,8 @@ fn plan(
         reference_temperature_c: request.model.reference_temperature_c(),
         with_motion: request.with_truth,
         overridden_dt_s: None,
+        others: Vec::new(),
+        texts: Vec::new(),
     };
     match &mut request.motion {
         MotionSource::Trajectory {
@@ -324,6 +332,16 @@ fn plan(
             });
             trajectory.check_duration(*duration_s)?;
             let samples = (*duration_s * plan.rate_hz).round();
+            if samples > MOST_SAMPLES {
+                return Err(Error::usage(format!(
+                    "{} at {} Hz make {} samples, {} TB as .npy",
+                    duration(*duration_s),
+                    general(plan.rate_hz, 6),
+                    general(samples, 3),
+                    general(samples * 7.0 * 8.0 / 1e12, 3)
+                ))
+                .advise("shorten the run or lower --rate"));
+            }
             if samples < 1.0 {
                 return Err(Error::usage(format!(
                     "{duration_s} s at {} Hz make no sample",
@@ -352,19 +370,29 @@ fn plan(
             is_repeatable,
         } => {
             // The rate that counts, and what of the log it overrides.
-            let mut look =
-                |plan: &mut Plan, log: &Peeked, stamps_dt_s: Option<f64>, label: &str| {
-                    let own = log.layout().rate_hz;
-                    let asked = asked_hz.or(own.filter(|_| stamps_dt_s.is_some()));
-                    let own_dt = stamps_dt_s.or(own.map(|rate| 1.0 / rate));
-                    plan.rate_hz = log_rate(asked, model_rate, own_dt, label, outcome);
-                    plan.overridden_dt_s = stamps_dt_s.filter(|_| asked.is_some());
-                    if replaces_temperature && log.layout().index("temperature").is_some() {
-                        outcome.warnings.push(format!(
-                            "--temperature counts in place of the temperature in {label}"
+            let mut look = |plan: &mut Plan,
+                            log: &Peeked,
+                            stamps_dt_s: Option<f64>,
+                            label: &str| {
+                let own = log.layout().rate_hz;
+                let asked = asked_hz.or(own.filter(|_| stamps_dt_s.is_some()));
+                let own_dt = stamps_dt_s.or(own.map(|rate| 1.0 / rate));
+                plan.rate_hz = log_rate(asked, model_rate, own_dt, label, outcome);
+                plan.overridden_dt_s = asked
+                    .filter(|_| log.layout().has_time)
+                    .map(|rate| stamps_dt_s.unwrap_or(1.0 / rate));
+                plan.keep_others(log.layout());
+                if log.layout().index("gyro_rate_x").is_some() {
+                    outcome.notes.push(format!(
+                            "gyro_rate_* of {label} are truth that the sensor does not measure: --truth writes them"
                         ));
-                    }
-                };
+                }
+                if replaces_temperature && log.layout().index("temperature").is_some() {
+                    outcome.warnings.push(format!(
+                        "--temperature counts in place of the temperature in {label}"
+                    ));
+                }
+            };
             if !*is_repeatable {
                 if request.runs > 1 {
                     return Err(Error::usage(format!(
@@ -428,8 +456,8 @@ fn log_rate(
         if let Some(dt) = own_dt.filter(|dt| (dt * rate - 1.0).abs() > 1e-3) {
             outcome.warnings.push(format!(
                 "the time stamps of {label} go at {} Hz: the rate of {} Hz counts in their place",
-                sagnac_report::text::general(1.0 / dt, 6),
-                sagnac_report::text::general(rate, 6),
+                general(1.0 / dt, 6),
+                general(rate, 6),
             ));
         }
         return rate;
@@ -438,8 +466,8 @@ fn log_rate(
         (Some(model), Some(own)) if (own / model - 1.0).abs() > 1e-3 => {
             outcome.warnings.push(format!(
                 "{label} has {} Hz, the model {} Hz: the log's rate is taken",
-                sagnac_report::text::general(own, 6),
-                sagnac_report::text::general(model, 6),
+                general(own, 6),
+                general(model, 6),
             ));
             own
         }
@@ -521,6 +549,11 @@ fn layouts(plan: &Plan, channels: &Channels, request: &SimulateRequest<'_>) -> L
     if channels.temperature.is_some() || plan.temperature.is_some() {
         named(&mut log, "temperature");
     }
+    log.channels
+        .extend(plan.others.iter().map(|(_, channel)| channel.clone()));
+    let place = log.channels.len();
+    log.texts.clone_from(&plan.texts);
+    log.texts.iter_mut().for_each(|text| text.place = place);
     if channels.rate.is_some() {
         for axis in axes {
             named(&mut truth, &format!("gyro_rate_{axis}"));
@@ -594,10 +627,13 @@ fn stream(
         done(log.rows as u64);
         log.rows = 0;
         if more {
+            run.check()?;
             log.rows = truth.rows;
             log.stamps.clone_from(&truth.stamps);
             let temperature = with_temperature.then_some(&truth.temperature);
-            copy_columns(&mut log.columns, run.columns().chain(temperature));
+            let columns = run.columns().chain(temperature).chain(&truth.others);
+            copy_columns(&mut log.columns, columns);
+            log.texts.clone_from(&truth.texts);
             if sinks.truth.is_some() {
                 truth_block(&mut truth_log, &truth, run);
             }

@@ -47,7 +47,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .map(|text| positive("--resample", text, Dimension::FREQUENCY))
         .transpose()?;
     let output = SharedOutput::new(Output::claim(&args.output, "-o", args.force)?);
-    let (mut reader, _meter) = args.options.open(&args.log)?;
+    let (mut reader, _meter) = match resample_hz {
+        // Between samples there are numbers alone.
+        Some(_) => args.options.open_whole(&args.log, WriteFormat::Npy)?,
+        None => args.options.open_whole(&args.log, format)?,
+    };
     let request = ConvertRequest {
         format,
         resample_hz,

@@ -11,7 +11,7 @@ use sagnac::model::emit::{self, EmitRequest, Precision};
 use crate::context::Context;
 use crate::inputs::LogOptions;
 use crate::models;
-use crate::outputs::{Output, publish_all};
+use crate::outputs::{NewFolder, Output, publish_all};
 
 /// Take the errors of a model out of a log, or write C or Rust source that does
 #[derive(clap::Args)]
@@ -35,7 +35,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, value_name = "c|rust", conflicts_with_all = ["log", "flags"])]
     emit: Option<Language>,
     /// Number type of the source [default: f64]
-    #[arg(long, value_enum, value_name = "f64|f32", requires = "emit")]
+    #[arg(long, value_enum, value_name = "f64|f32")]
     precision: Option<NumberType>,
     /// Replace outputs that exist
     #[arg(long)]
@@ -57,6 +57,13 @@ enum NumberType {
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
+    if args.precision.is_some() && args.emit.is_none() {
+        return Err(
+            Error::usage("--precision is the number type of emitted source")
+                .at("--precision")
+                .advise("add --emit c or --emit rust, or leave --precision out"),
+        );
+    }
     match (args.emit, &args.log) {
         (Some(language), _) => emit_source(args, language, context),
         (None, Some(log)) => correct_log(args, log, context),
@@ -69,7 +76,7 @@ fn correct_log(args: &Args, log: &std::path::Path, context: &Context) -> Result<
     let format = WriteFormat::of_name(&args.output.display().to_string())?;
     let model = models::load(&args.model)?;
     let output = Output::claim(&args.output, "-o", args.force)?;
-    let (mut reader, _) = args.reading.open_whole(log)?;
+    let (mut reader, _) = args.reading.open_whole(log, format)?;
     let shared = std::sync::Arc::new(std::sync::Mutex::new(output));
     let mut create = |layout: &Layout| -> Result<Box<dyn LogWriter>, Error> {
         Ok(sagnac::log::create(
@@ -138,9 +145,10 @@ fn emit_source(args: &Args, language: Language, context: &Context) -> Result<(),
         },
     };
     let files = match language {
-        Language::C => emit::c(&request)?,
-        Language::Rust => emit::rust(&request)?,
+        Language::C => emit::c(&request),
+        Language::Rust => emit::rust(&request),
     };
+    let files = files.map_err(|error| Error::from(error).at(model.label()))?;
     if args.output.exists() && !args.output.is_dir() {
         return Err(
             Error::usage(format!("{} is a file, not a folder", args.output.display()))
@@ -148,10 +156,7 @@ fn emit_source(args: &Args, language: Language, context: &Context) -> Result<(),
                 .advise("--emit writes several files: name a folder"),
         );
     }
-    if !args.output.is_dir() {
-        std::fs::create_dir_all(&args.output)
-            .map_err(|error| crate::outputs::cannot(&args.output, &error))?;
-    }
+    let folder = NewFolder::make(&args.output)?;
     let mut outputs = Vec::new();
     for file in &files {
         outputs.push(Output::claim(
@@ -164,6 +169,7 @@ fn emit_source(args: &Args, language: Language, context: &Context) -> Result<(),
         output.put(file.text.as_bytes())?;
     }
     let written = publish_all(outputs)?;
+    folder.keep();
     context.print(String::new, || serde_json::json!({"files": written}))?;
     context.wrote(&written)
 }

@@ -50,6 +50,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         stamps: outcome.log.stamps.clone(),
         columns: outcome.log.columns.clone(),
         rows: outcome.log.rows,
+        ..Block::default()
     })?;
     writer.finish()?;
     model_file.put(outcome.characterized.to_model()?.to_toml().as_bytes())?;

@@ -21,7 +21,7 @@ use sagnac::simulate::{MotionSource, SimulateRequest, Sinks, simulate as run_sim
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
 use crate::motion::{ReferenceOptions, temperature_profile};
-use crate::outputs::{Output, publish_all};
+use crate::outputs::{Output, publish_all, refuse_without_room};
 use crate::quantities::{positive, quantity};
 
 /// A log with every error of a sensor model: what it puts out at rest or in motion
@@ -225,7 +225,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         MotionSource::Log {
             label: label_of(&path),
             is_repeatable: path.is_file() || path.is_dir(),
-            open: Box::new(move || Ok(options.open(&path)?.0)),
+            open: Box::new(move || Ok(options.open_whole(&path, format)?.0)),
         }
     } else {
         trajectory = trajectory_of(args, &start)?;
@@ -265,6 +265,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         request,
         &mut |run, layouts| {
             let at = run as usize - 1;
+            if run == 1 {
+                let rows = layouts.log.samples.unwrap_or(0) as f64 * f64::from(runs);
+                let columns = layouts.log.channels.len() + 1;
+                refuse_without_room(&args.output, rows * least_row(format, columns))?;
+            }
             Ok(Sinks {
                 log: create(format, Box::new(logs[at].clone()), &layouts.log)?,
                 truth: match (truth_format, truths.get(at)) {
@@ -315,6 +320,17 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             wrote.len()
         )]),
         _ => context.wrote(&wrote),
+    }
+}
+
+/// The fewest bytes that a row takes.
+fn least_row(format: WriteFormat, columns: usize) -> f64 {
+    match format {
+        WriteFormat::Npy | WriteFormat::Npz => 8.0 * columns as f64,
+        WriteFormat::Csv => 2.0 * columns as f64,
+        WriteFormat::Bag | WriteFormat::Mcap => 300.0,
+        // Compressed: as good as nothing where nothing changes.
+        _ => 0.01,
     }
 }
 

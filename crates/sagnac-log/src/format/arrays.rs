@@ -199,6 +199,7 @@ impl RawReader for Arrays {
             reader.select(Plan {
                 time: time.map(|(c, kind)| (c - part.first, kind)),
                 columns: part.slots.iter().map(|s| s.1).collect(),
+                ..Plan::default()
             })?;
             part.reader = Some(reader);
         }

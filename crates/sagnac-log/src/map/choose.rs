@@ -6,7 +6,7 @@ use super::columns::{ColumnName, ColumnUnit, Group, Role, Scale, clip, scale, ti
 use super::hints::{columns_place, describe, example_unit, triad_of, unknown_unit};
 use super::raw::{RawColumn, RawLayout};
 use crate::text::number::TimeKind;
-use crate::{Channel, Error, Layout};
+use crate::{Channel, Error, Layout, Quantity, TextColumn};
 
 /// One output column before remounting.
 #[derive(Debug, Clone)]
@@ -16,48 +16,78 @@ pub(super) struct Op {
     pub(super) scale: Scale,
     /// Accumulated values: differences are taken.
     pub(super) accumulated: bool,
+    /// No sensor's: kept as it is.
+    pub(super) is_other: bool,
 }
 
 /// Column and kind of time, and the channels.
 pub(super) type Chosen = (Option<(usize, TimeKind)>, Vec<Op>);
 
-/// Adds the columns that are not named as they are; those that cannot be are said.
+/// Adds the columns that are not named as they are, those of text where `with_text`; those that
+/// cannot be are said.
 pub(super) fn keep_others(
     raw: &RawLayout,
     time: Option<(usize, TimeKind)>,
     ops: &mut Vec<Op>,
+    with_text: bool,
 ) -> Vec<String> {
     let mut notes = Vec::new();
     for (index, column) in raw.columns.iter().enumerate() {
-        // Columns of text are said by their format.
-        if column.is_text
+        if column.is_text && !with_text
             || time.is_some_and(|(at, _)| at == index)
             || ops.iter().any(|op| op.column == index)
         {
             continue;
         }
-        let name = match column.name.trim() {
-            "" => format!("column {index}"),
-            name => name.to_owned(),
-        };
-        let is_taken = ops.iter().any(|op| op.channel.name == name);
-        let is_channel = Role::parse(&name).is_some_and(|(role, _)| {
+        let is_channel = Role::parse(column.name.trim()).is_some_and(|(role, _)| {
             !matches!(role, Role::Angle | Role::Speed) && !role.is_of_path()
         });
-        if is_channel || is_taken {
+        if is_channel {
             notes.push(format!(
                 "column `{}` is left out: its name is that of a channel; name it in --columns",
-                clip(&name)
+                clip(column.name.trim())
             ));
             continue;
         }
-        ops.push(as_it_is(
-            &name,
-            column.unit.as_deref().unwrap_or_default(),
-            index,
-        ));
+        let other = as_it_is(column, index, ops);
+        ops.push(other);
     }
     notes
+}
+
+/// Takes the columns that are no sensor's out of the channels, to be kept as text.
+pub(super) fn take_texts(raw: &RawLayout, ops: &mut Vec<Op>) -> Vec<(usize, TextColumn)> {
+    let mut texts = Vec::new();
+    let mut place = 0;
+    ops.retain(|op| {
+        if !op.is_other {
+            place += 1;
+            return true;
+        }
+        let header = match raw.columns.get(op.column) {
+            Some(column) if raw.has_names => column.header.clone(),
+            _ => op.channel.name.clone(),
+        };
+        texts.push((op.column, TextColumn { header, place }));
+        false
+    });
+    texts
+}
+
+/// The sentence on columns of text that are neither kept nor times.
+pub(super) fn say_texts(raw: &RawLayout, time: Option<(usize, TimeKind)>) -> Option<String> {
+    let names: Vec<String> = raw
+        .columns
+        .iter()
+        .enumerate()
+        .filter(|(k, c)| c.is_text && time.is_none_or(|(at, _)| at != *k))
+        .map(|(k, c)| match c.name.trim() {
+            "" => format!("column {k}"),
+            name => name.to_owned(),
+        })
+        .collect();
+    let list = clip(&names.join(", "));
+    (!names.is_empty()).then(|| format!("columns of text left out: {list}"))
 }
 
 /// Channels and their sources as `--columns` says.
@@ -156,6 +186,7 @@ fn op(role: Role, axis: Option<usize>, column: usize, scale: Scale) -> Op {
         column,
         scale,
         accumulated,
+        is_other: false,
     }
 }
 
@@ -261,8 +292,9 @@ fn find(raw: &RawLayout, name: &str) -> Result<usize, Error> {
     }
 }
 
-/// Channels by the names of the columns, or by the format's own definition.
-pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
+/// Channels by the names of the columns, or by the format's own definition; the others as they are,
+/// those of text where `with_text`.
+pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error> {
     let mut time = None;
     let mut ops: Vec<Op> = Vec::new();
     let mut known = 0;
@@ -275,11 +307,10 @@ pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
                 && !r.is_of_path()
         });
         let Some((role, axis)) = role else {
-            if column.is_text {
-                continue;
+            if with_text || !column.is_text {
+                let other = as_it_is(column, index, &ops);
+                ops.push(other);
             }
-            let unit = column.unit.as_deref().unwrap_or_default();
-            ops.push(as_it_is(&column.name, unit, index));
             continue;
         };
         let place = |raw: &RawLayout| {
@@ -344,7 +375,8 @@ pub(super) fn by_name(raw: &RawLayout) -> Result<Chosen, Error> {
             .advise("say what they are, for instance --columns 'time=0:s, gyro=1,2,3:deg/s, accel=4,5,6:g'"));
     }
     for (i, op) in ops.iter().enumerate() {
-        if ops[..i].iter().any(|o| o.channel.name == op.channel.name) {
+        let is_same = |o: &Op| o.channel.name == op.channel.name;
+        if op.channel.quantity != Quantity::Other && ops[..i].iter().any(is_same) {
             return Err(Error::data(format!(
                 "two columns are called `{}`",
                 clip(&op.channel.name)
@@ -383,16 +415,24 @@ pub(super) fn say_increments(ops: &[Op], layout: &mut Layout) {
     }
 }
 
-/// A column that is no sensor's, kept in its own unit.
-fn as_it_is(name: &str, unit: &str, column: usize) -> Op {
+/// A column that is no sensor's, kept in its own unit under a name of its own.
+fn as_it_is(column: &RawColumn, index: usize, ops: &[Op]) -> Op {
+    let name = match column.name.trim() {
+        "" => format!("column {index}"),
+        name if ops.iter().any(|op| op.channel.name == name) => {
+            format!("{name} (column {index})")
+        }
+        name => name.to_owned(),
+    };
     Op {
-        channel: Channel::other(name, unit),
-        column,
+        channel: Channel::other(&name, column.unit.as_deref().unwrap_or_default()),
+        column: index,
         scale: Scale {
             factor: 1.0,
             offset: 0.0,
             is_increment: false,
         },
         accumulated: false,
+        is_other: true,
     }
 }

@@ -138,7 +138,7 @@ fn short(value: f64) -> String {
 }
 
 /// A column by its name, else by its number.
-pub(super) fn describe(raw: &RawLayout, index: usize) -> String {
+pub(crate) fn describe(raw: &RawLayout, index: usize) -> String {
     match raw.columns.get(index) {
         Some(c) if !c.name.is_empty() => format!("`{}`", clip(&c.name)),
         _ => format!("{index}"),

@@ -3,7 +3,7 @@
 //! value_SI = value·factor + offset; increments are divided by dt, accumulated angles are differenced before.
 
 use super::axes::{AxisMap, remount};
-use super::choose::{Op, by_name, by_request, keep_others, say_increments};
+use super::choose::{Op, by_name, by_request, keep_others, say_increments, say_texts, take_texts};
 use super::columns::{Scale, parse};
 use super::hints::columns_place;
 use super::raw::{Plan, RawReader};
@@ -52,9 +52,10 @@ impl Mapped {
                 .advise("both count from the first sample, for instance --start 30s --end 2h"));
         }
         let axes = options.axes.as_deref().map(AxisMap::parse).transpose()?;
+        let with_text = options.keep_text && raw.raw().has_cells;
         let (time, mut ops) = match options.columns.as_deref() {
             Some(text) => by_request(&parse(text)?, raw.raw())?,
-            None => by_name(raw.raw())?,
+            None => by_name(raw.raw(), with_text)?,
         };
         let found = raw.raw().clone();
         let mut left_out = Vec::new();
@@ -63,7 +64,13 @@ impl Mapped {
             .iter()
             .any(|table| found.format.starts_with(table));
         if options.keep_others && is_table {
-            left_out = keep_others(&found, time, &mut ops);
+            left_out = keep_others(&found, time, &mut ops, with_text);
+        }
+        let mut texts = Vec::new();
+        if with_text {
+            texts = take_texts(&found, &mut ops);
+        } else {
+            left_out.extend(say_texts(&found, time));
         }
         if time.is_none() && options.rate_hz.is_none() && found.rate_hz.is_none() {
             return Err(Error::data("the log has no time and no rate")
@@ -73,11 +80,14 @@ impl Mapped {
         let plan = Plan {
             time,
             columns: ops.iter().map(|o| o.column).collect(),
+            is_lenient: ops.iter().map(|o| o.is_other).collect(),
+            texts: texts.iter().map(|(column, _)| *column).collect(),
         };
         raw.select(plan)?;
         let mut layout = Layout {
             format: found.format,
             channels: ops.iter().map(|o| o.channel.clone()).collect(),
+            texts: texts.into_iter().map(|(_, text)| text).collect(),
             has_time: time.is_some(),
             rate_hz: options.rate_hz.or(found.rate_hz),
             time_unit_s: time.and_then(|(_, kind)| kind.unit_s()),
@@ -231,6 +241,7 @@ impl LogReader for Mapped {
             self.rows_kept += scratch.rows as u64;
             block.rows = scratch.rows;
             std::mem::swap(&mut block.stamps, &mut scratch.stamps);
+            std::mem::swap(&mut block.texts, &mut scratch.texts);
             let columns = &mut scratch.columns;
             block.columns.resize_with(self.mount.len(), Vec::new);
             for (out, &(from, sign)) in block.columns.iter_mut().zip(&self.mount) {

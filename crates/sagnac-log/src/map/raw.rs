@@ -16,6 +16,8 @@ pub(crate) struct RawColumn {
     pub(crate) preview: Vec<f64>,
     /// True where it holds text and no numbers.
     pub(crate) is_text: bool,
+    /// Its header, unit and all, as the source writes it.
+    pub(crate) header: String,
 }
 
 /// What a format found.
@@ -32,6 +34,8 @@ pub(crate) struct RawLayout {
     pub(crate) covariances: Option<[[f64; 9]; 2]>,
     pub(crate) samples: Option<u64>,
     pub(crate) notes: Vec<String>,
+    /// True where the cells of a row can be had as text.
+    pub(crate) has_cells: bool,
     /// Where the header stands, for errors ("line 1").
     pub(crate) header_place: Option<String>,
 }
@@ -43,6 +47,10 @@ pub(crate) struct Plan {
     pub(crate) time: Option<(usize, TimeKind)>,
     /// Columns wanted, in this order.
     pub(crate) columns: Vec<usize>,
+    /// Of these, whether a cell of text is a missing value rather than an error.
+    pub(crate) is_lenient: Vec<bool>,
+    /// Columns wanted as text, where the format has them.
+    pub(crate) texts: Vec<usize>,
 }
 
 /// A format, before mapping.

@@ -84,6 +84,8 @@ pub(crate) struct Chunks {
     /// Rows and lines handed out so far.
     rows: u64,
     lines: u64,
+    /// Cells of text taken for missing values, a count a column of values.
+    missing: Vec<u64>,
     failed: bool,
 }
 
@@ -134,6 +136,7 @@ impl Chunks {
             mode,
             rows: 0,
             lines: lines_before,
+            missing: Vec::new(),
             failed: false,
         }
     }
@@ -163,6 +166,10 @@ impl Chunks {
             Some(Ok(chunk)) => {
                 self.rows += chunk.block.rows as u64;
                 self.lines += chunk.lines;
+                self.missing.resize(chunk.missing.len(), 0);
+                for (all, some) in self.missing.iter_mut().zip(&chunk.missing) {
+                    *all += some;
+                }
                 let old = std::mem::replace(block, chunk.block);
                 if let Mode::Threads { spare, .. } = &self.mode {
                     // Where nobody has room for it, it is dropped.
@@ -181,6 +188,11 @@ impl Chunks {
                 })
             }
         }
+    }
+
+    /// Cells of text that were taken for missing values, a count a column of values.
+    pub(crate) fn missing(&self) -> &[u64] {
+        &self.missing
     }
 
     fn describe(&self, error: &RowError) -> Error {

@@ -48,8 +48,20 @@ pub(crate) fn is_comment(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), Some(b'#' | b'%'))
 }
 
-/// Cells of a line, unquoted and trimmed.
-pub(crate) fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
+/// Where the quoted cell that `text` begins with is closed; a quote within is written twice.
+pub(crate) fn closing_quote(text: &[u8]) -> Option<usize> {
+    let mut at = 1;
+    loop {
+        at += memchr::memchr(b'"', text.get(at..)?)?;
+        if text.get(at + 1) != Some(&b'"') {
+            return Some(at);
+        }
+        at += 2;
+    }
+}
+
+/// Cells of a line as they stand there, quotes and all.
+pub(crate) fn raw_cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
     let mut out = Vec::new();
     let mut rest = line;
     if separator == Separator::Spaces {
@@ -57,35 +69,44 @@ pub(crate) fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
     }
     loop {
         let quoted = rest.trim_ascii_start();
-        let (cell, after) = if quoted.first() == Some(&b'"') {
-            let body = &quoted[1..];
-            match body.iter().position(|&c| c == b'"') {
-                Some(end) => (&body[..end], &body[end + 1..]),
-                None => (body, &body[body.len()..]),
-            }
+        let from = if quoted.first() == Some(&b'"') {
+            let body = closing_quote(quoted).map_or(quoted.len(), |end| end + 1);
+            rest.len() - quoted.len() + body
         } else {
-            (&rest[..0], rest)
+            0
         };
         let is_end = |c: &u8| match separator {
             Separator::Byte(b) => *c == b,
             Separator::Spaces => *c == b' ' || *c == b'\t',
         };
-        let end = after.iter().position(is_end);
-        let tail = end.unwrap_or(after.len());
-        let cell = if cell.is_empty() && quoted.first() != Some(&b'"') {
-            &after[..tail]
-        } else {
-            cell
+        let Some(end) = rest[from..].iter().position(is_end) else {
+            out.push(rest);
+            return out;
         };
-        out.push(cell.trim_ascii());
-        match end {
-            None => return out,
-            Some(end) => rest = &after[end + 1..],
-        }
+        out.push(&rest[..from + end]);
+        rest = &rest[from + end + 1..];
         if separator == Separator::Spaces {
             rest = rest.trim_ascii_start();
         }
     }
+}
+
+/// A cell without its quotes and the spaces around it.
+pub(crate) fn unquoted(cell: &[u8]) -> &[u8] {
+    let cell = cell.trim_ascii();
+    if cell.first() != Some(&b'"') {
+        return cell;
+    }
+    cell[1..closing_quote(cell).unwrap_or(cell.len())].trim_ascii()
+}
+
+/// Cells of a line, unquoted and trimmed.
+pub(crate) fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
+    let mut out = raw_cells(line, separator);
+    for cell in &mut out {
+        *cell = unquoted(cell);
+    }
+    out
 }
 
 fn is_number(cell: &[u8]) -> bool {
@@ -379,6 +400,7 @@ fn columns_of(names: Vec<String>, data: &[Vec<&[u8]>], width: usize) -> Vec<RawC
                 channel: None,
                 preview: values,
                 is_text: filled > 0 && 2 * words > filled,
+                header: text,
             }
         })
         .collect()

@@ -12,6 +12,7 @@ use self::chunks::Chunks;
 pub(crate) use self::dialect::name_and_unit;
 use self::dialect::{Dialect, Separator};
 use self::rows::{RowError, RowPlan, RowProblem};
+use crate::map::hints::describe;
 use crate::map::raw::{Plan, RawLayout, RawReader};
 use crate::{Block, Error};
 
@@ -22,6 +23,9 @@ const SAMPLE: usize = 256 * 1024;
 pub(crate) struct TextTable {
     layout: RawLayout,
     dialect: Dialect,
+    plan: Plan,
+    /// Notes that were known before the first row.
+    notes: usize,
     start: Option<(Vec<u8>, Box<dyn Read + Send>)>,
     chunks: Option<Chunks>,
     threads: usize,
@@ -45,6 +49,7 @@ impl TextTable {
         let euroc = euroc_columns(&dialect);
         let mut layout = RawLayout {
             has_names: dialect.has_header,
+            has_cells: true,
             header_place: dialect.header_line.map(|l| format!("line {l}")),
             ..RawLayout::default()
         };
@@ -78,29 +83,40 @@ impl TextTable {
                 .notes
                 .push(format!("{n} line{s} before the table skipped"));
         }
-        let text: Vec<&str> = layout
-            .columns
-            .iter()
-            .filter(|c| c.is_text)
-            .map(|c| c.name.as_str())
-            .collect();
-        if !text.is_empty() && text.iter().all(|t| !t.is_empty()) {
-            layout.notes.push(format!(
-                "columns of text left out: {}",
-                crate::map::columns::clip(&text.join(", "))
-            ));
-        }
         if got < SAMPLE && dialect.body_start >= sample.len() {
             return Err(Error::data("the log has a header and no rows")
                 .advise("look at what recorded it, or copy it again"));
         }
+        let notes = layout.notes.len();
         Ok(Self {
             layout,
             dialect,
+            plan: Plan::default(),
+            notes,
             start: Some((sample, reader)),
             chunks: None,
             threads,
         })
+    }
+}
+
+impl TextTable {
+    /// Says which columns that are no sensor's held text among their numbers.
+    fn say_missing(&mut self, missing: &[u64]) {
+        self.layout.notes.truncate(self.notes);
+        for (&column, &count) in self.plan.columns.iter().zip(missing) {
+            if count > 0 {
+                let name = describe(&self.layout, column);
+                let cells = if count == 1 {
+                    "1 cell of text".to_owned()
+                } else {
+                    format!("{} cells of text", grouped(count))
+                };
+                self.layout
+                    .notes
+                    .push(format!("column {name}: {cells}, read as nan"));
+            }
+        }
     }
 }
 
@@ -113,7 +129,8 @@ impl RawReader for TextTable {
         if let Some((mut sample, reader)) = self.start.take() {
             sample.drain(..self.dialect.body_start.min(sample.len()));
             let reader: Box<dyn Read + Send> = Box::new(Cursor::new(sample).chain(reader));
-            let rows = RowPlan::new(&self.dialect, plan.time, &plan.columns);
+            let rows = RowPlan::new(&self.dialect, &plan);
+            self.plan = plan;
             self.chunks = Some(Chunks::new(
                 reader,
                 rows,
@@ -125,10 +142,13 @@ impl RawReader for TextTable {
     }
 
     fn read_raw(&mut self, block: &mut Block) -> Result<bool, Error> {
-        match &mut self.chunks {
-            Some(chunks) => chunks.next(block),
-            None => Ok(false),
-        }
+        let Some(chunks) = &mut self.chunks else {
+            return Ok(false);
+        };
+        let more = chunks.next(block)?;
+        let missing = chunks.missing().to_vec();
+        self.say_missing(&missing);
+        Ok(more)
     }
 }
 

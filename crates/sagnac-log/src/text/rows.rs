@@ -1,9 +1,10 @@
 //! Rows of text to columns of numbers, a chunk at a time.
 
-use super::dialect::{Dialect, Separator, cells};
+use super::dialect::{Dialect, Separator, closing_quote, raw_cells, unquoted};
 use super::number::{TimeKind, parse_f64, whole_f64};
 use crate::map::columns::clip;
-use crate::{Block, Stamp};
+use crate::map::raw::Plan;
+use crate::{Block, Cells, Stamp};
 
 /// What a column of the table is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,6 +12,8 @@ enum Use {
     Skip,
     Time,
     Value(usize),
+    /// Kept as it is.
+    Text(usize),
 }
 
 /// How rows are read: shared by all workers.
@@ -20,7 +23,9 @@ pub(crate) struct RowPlan {
     uses: Vec<Use>,
     names: Vec<String>,
     time: Option<TimeKind>,
-    values: usize,
+    /// Of every value, whether a cell of text is a missing one.
+    is_lenient: Vec<bool>,
+    texts: usize,
     /// Last column that anybody wants.
     last: usize,
     /// For the wording of errors.
@@ -32,6 +37,8 @@ pub(crate) struct Chunk {
     pub(crate) block: Block,
     /// Lines in the chunk, comments and blank ones too.
     pub(crate) lines: u64,
+    /// Cells of text that were taken for missing values, a count a column of values.
+    pub(crate) missing: Vec<u64>,
 }
 
 /// A row that cannot be read, counted within its chunk.
@@ -56,16 +63,15 @@ pub(crate) enum RowProblem {
 }
 
 impl RowPlan {
-    pub(crate) fn new(
-        dialect: &Dialect,
-        time: Option<(usize, TimeKind)>,
-        columns: &[usize],
-    ) -> Self {
+    pub(crate) fn new(dialect: &Dialect, plan: &Plan) -> Self {
         let mut uses = vec![Use::Skip; dialect.width];
-        for (slot, &c) in columns.iter().enumerate() {
+        for (slot, &c) in plan.columns.iter().enumerate() {
             uses[c] = Use::Value(slot);
         }
-        if let Some((c, _)) = time {
+        for (slot, &c) in plan.texts.iter().enumerate() {
+            uses[c] = Use::Text(slot);
+        }
+        if let Some((c, _)) = plan.time {
             uses[c] = Use::Time;
         }
         let names = dialect
@@ -85,8 +91,9 @@ impl RowPlan {
             separator: dialect.separator,
             uses,
             names,
-            time: time.map(|t| t.1),
-            values: columns.len(),
+            time: plan.time.map(|t| t.1),
+            is_lenient: plan.is_lenient.clone(),
+            texts: plan.texts.len(),
             last,
             has_header: dialect.has_header,
         }
@@ -99,13 +106,15 @@ impl RowPlan {
     /// Reads whole lines.
     pub(crate) fn read(&self, text: &[u8], mut block: Block) -> Result<Chunk, RowError> {
         block.clear();
-        block.columns.resize_with(self.values, Vec::new);
+        block.columns.resize_with(self.is_lenient.len(), Vec::new);
+        block.texts.resize_with(self.texts, Cells::default);
         // Short rows are rare: about the shortest sensible row, so that columns seldom grow.
         let guess = text.len() / (4 * self.width().max(1)) + 16;
         block
             .columns
             .iter_mut()
             .for_each(|c| c.reserve(guess.min(1 << 16)));
+        let mut missing = vec![0; self.is_lenient.len()];
         let mut lines = 0;
         let mut at = 0;
         while at < text.len() {
@@ -121,17 +130,24 @@ impl RowPlan {
                 block.rows += 1;
             } else {
                 Self::undo(&mut block);
-                if self.slow(line, &mut block).map_err(|what| RowError {
-                    rows: block.rows as u64,
-                    lines,
-                    what,
-                })? {
+                if self
+                    .slow(line, &mut block, &mut missing)
+                    .map_err(|what| RowError {
+                        rows: block.rows as u64,
+                        lines,
+                        what,
+                    })?
+                {
                     block.rows += 1;
                 }
             }
             lines += 1;
         }
-        Ok(Chunk { block, lines })
+        Ok(Chunk {
+            block,
+            lines,
+            missing,
+        })
     }
 
     /// One plain row; `false` where it needs a closer look (quotes, text, another width, a comment).
@@ -143,6 +159,7 @@ impl RowPlan {
         let mut rest = line;
         let n = self.uses.len();
         for (k, u) in self.uses.iter().enumerate() {
+            let cell = rest;
             while let [b' ', tail @ ..] = rest {
                 rest = tail;
             }
@@ -171,6 +188,18 @@ impl RowPlan {
                     };
                     block.stamps.push(stamp);
                     rest = &rest[end..];
+                }
+                Use::Text(slot) => {
+                    // Quotes may hide separators; the first cell may begin a comment.
+                    if matches!(rest.first(), Some(b'"' | b'#' | b'%')) {
+                        return false;
+                    }
+                    rest = &rest[memchr::memchr(separator, rest).unwrap_or(rest.len())..];
+                    let cell = &cell[..cell.len() - rest.len()];
+                    if separator != b',' && memchr::memchr2(b',', b'"', cell).is_some() {
+                        return false;
+                    }
+                    block.texts[slot].push(cell);
                 }
                 Use::Skip => {
                     if k > self.last {
@@ -216,6 +245,13 @@ impl RowPlan {
                 },
                 Use::Skip if rest.first() == Some(&b'"') => return false,
                 Use::Skip => {}
+                Use::Text(slot) => {
+                    let cell = &rest[..end];
+                    if memchr::memchr3(b',', b'"', b'#', cell).is_some() || cell[0] == b'%' {
+                        return false;
+                    }
+                    block.texts[slot].push(cell);
+                }
             }
             rest = rest[end..].trim_ascii_start();
             if rest.is_empty() != (k + 1 == n) {
@@ -229,6 +265,7 @@ impl RowPlan {
     fn undo(block: &mut Block) {
         let rows = block.rows;
         block.columns.iter_mut().for_each(|c| c.truncate(rows));
+        block.texts.iter_mut().for_each(|t| t.truncate(rows));
         if block.stamps.len() > rows {
             block.stamps.keep(0..rows);
         }
@@ -236,17 +273,24 @@ impl RowPlan {
 
     /// A row that is not plain; `Ok(false)` where it is no row at all.
     #[cold]
-    fn slow(&self, line: &[u8], block: &mut Block) -> Result<bool, RowProblem> {
+    fn slow(
+        &self,
+        line: &[u8],
+        block: &mut Block,
+        missing: &mut [u64],
+    ) -> Result<bool, RowProblem> {
         if line.trim_ascii().is_empty() || super::dialect::is_comment(line) {
             return Ok(false);
         }
-        let row = cells(line, self.separator);
+        let row = raw_cells(line, self.separator);
         if row.len() != self.uses.len() {
             return Err(RowProblem::Width { found: row.len() });
         }
-        let mut values = vec![f64::NAN; self.values];
+        let mut values = vec![f64::NAN; self.is_lenient.len()];
+        let mut texts = vec![Vec::new(); self.texts];
         let mut stamp: Option<Stamp> = None;
-        for ((u, cell), name) in self.uses.iter().zip(&row).zip(&self.names) {
+        for ((u, raw), name) in self.uses.iter().zip(&row).zip(&self.names) {
+            let cell = unquoted(raw);
             let text = |is_date| RowProblem::Text {
                 column: clip(name),
                 cell: clip(&String::from_utf8_lossy(cell)),
@@ -255,7 +299,12 @@ impl RowPlan {
             match *u {
                 Use::Skip => {}
                 Use::Value(slot) if cell.is_empty() => values[slot] = f64::NAN,
-                Use::Value(slot) => values[slot] = whole_f64(cell).ok_or_else(|| text(false))?,
+                Use::Value(slot) => match whole_f64(cell) {
+                    Some(value) => values[slot] = value,
+                    None if self.is_lenient[slot] => missing[slot] += 1,
+                    None => return Err(text(false)),
+                },
+                Use::Text(slot) => texts[slot] = as_csv(raw, self.separator),
                 Use::Time => {
                     let kind = self.time.unwrap_or(TimeKind::Iso);
                     stamp = Some(
@@ -268,9 +317,37 @@ impl RowPlan {
         for (c, v) in block.columns.iter_mut().zip(values) {
             c.push(v);
         }
+        for (t, cell) in block.texts.iter_mut().zip(texts) {
+            t.push(&cell);
+        }
         if let Some(stamp) = stamp {
             block.stamps.push(stamp);
         }
         Ok(true)
     }
+}
+
+/// A cell as it stands in a table that is parted by commas.
+fn as_csv(raw: &[u8], separator: Separator) -> Vec<u8> {
+    let quoted = raw.trim_ascii_start();
+    if quoted.first() == Some(&b'"') {
+        let mut out = raw.to_vec();
+        if closing_quote(quoted).is_none() {
+            // It would run on into the next column.
+            out.push(b'"');
+        }
+        return out;
+    }
+    if separator == Separator::Byte(b',') || memchr::memchr2(b',', b'"', raw).is_none() {
+        return raw.to_vec();
+    }
+    let mut out = vec![b'"'];
+    for &c in raw {
+        if c == b'"' {
+            out.push(c);
+        }
+        out.push(c);
+    }
+    out.push(b'"');
+    out
 }

@@ -51,17 +51,49 @@ pub(crate) struct CsvWriter {
     buffer: Vec<u8>,
     rate_hz: Option<f64>,
     rows: u64,
+    columns: Vec<Column>,
+}
+
+/// What stands in a column after the time.
+#[derive(Clone, Copy)]
+enum Column {
+    Number(usize),
+    Text(usize),
+}
+
+/// Channels with the columns of text at their places between them.
+fn in_order(layout: &Layout) -> Vec<Column> {
+    let mut out: Vec<Column> = Vec::new();
+    for number in 0..=layout.channels.len() {
+        let texts = layout.texts.iter().enumerate();
+        out.extend(
+            texts
+                .filter(|(_, text)| text.place.min(layout.channels.len()) == number)
+                .map(|(k, _)| Column::Text(k)),
+        );
+        if number < layout.channels.len() {
+            out.push(Column::Number(number));
+        }
+    }
+    out
 }
 
 impl CsvWriter {
     pub(crate) fn new(mut output: Packed, layout: &Layout) -> Result<Self, Error> {
-        let names: Vec<String> = super::headers(layout).iter().map(|h| quoted(h)).collect();
+        let columns = in_order(layout);
+        let headers = super::headers(layout);
+        let mut names = vec![quoted(&headers[0])];
+        names.extend(columns.iter().map(|column| match *column {
+            Column::Number(k) => quoted(&headers[k + 1]),
+            Column::Text(k) => quoted(&layout.texts[k].header),
+        }));
         output.write_all((names.join(",") + "\n").as_bytes())?;
         Ok(Self {
             output,
             buffer: Vec::new(),
             rate_hz: layout.rate_hz,
             rows: 0,
+            columns,
         })
     }
 }
@@ -88,9 +120,14 @@ impl LogWriter for CsvWriter {
                         self.rows as f64 / self.rate_hz.unwrap_or(1.0),
                     ),
                 }
-                for column in &block.columns {
+                for column in &self.columns {
                     self.buffer.push(b',');
-                    push_number(&mut self.buffer, column[row]);
+                    match *column {
+                        Column::Number(k) => push_number(&mut self.buffer, block.columns[k][row]),
+                        Column::Text(k) => self
+                            .buffer
+                            .extend_from_slice(block.texts.get(k).map_or(&[], |t| t.get(row))),
+                    }
                 }
                 self.buffer.push(b'\n');
                 row += 1;

@@ -41,6 +41,11 @@ pub enum WriteFormat {
 }
 
 impl WriteFormat {
+    /// Whether it holds text beside numbers ([`crate::ReadOptions::keep_text`]).
+    pub const fn is_text(self) -> bool {
+        matches!(self, Self::Csv | Self::CsvGzip | Self::CsvZstd)
+    }
+
     /// The format that the extension of a file name asks for.
     ///
     /// # Errors

@@ -30,7 +30,11 @@ pub(crate) struct ParquetWriter {
 }
 
 fn failed(error: ParquetError) -> Error {
-    Error::write(std::io::Error::other(error))
+    match error {
+        // What the output said, without the words that wrap it.
+        ParquetError::External(source) => Error::write(std::io::Error::other(source)),
+        error => Error::write(std::io::Error::other(error)),
+    }
 }
 
 impl ParquetWriter {

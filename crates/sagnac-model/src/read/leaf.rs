@@ -5,7 +5,7 @@ use crate::entry::Entry;
 use crate::error::Error;
 use crate::schema::{Shape, Sign};
 use crate::tree::{Content, Node};
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, Unit, format_quantity};
 
 /// The keys of a table that says more about a value.
 const QUANTITIES: [&str; 5] = ["value", "sigma", "upper_limit", "lower", "upper"];
@@ -274,7 +274,17 @@ fn wrong(reader: &Reader, node: &Node, expected: Expected, what: &str) -> Error 
 /// The rules that hold for every entry.
 fn check(reader: &Reader, node: &Node, entry: &Entry, expected: Expected) -> Result<(), Error> {
     if let Some(problem) = problem_of(entry, expected.sign, expected.dimension) {
-        return Err(reader.at_value(node.line, expected.path, problem, None));
+        let advice = match expected.sign {
+            Sign::Any => None,
+            Sign::NotNegative => {
+                Some("a density, deviation or width has no sign: write it without the minus")
+            }
+            Sign::Positive => Some("write a positive value, or leave out what the sensor has not"),
+            Sign::Fraction => Some("write a damping ratio, for instance 0.1"),
+        };
+        let is_of_sign = problem.starts_with("the value must");
+        let advice = advice.filter(|_| is_of_sign).map(str::to_owned);
+        return Err(reader.at_value(node.line, expected.path, problem, advice));
     }
     Ok(())
 }
@@ -315,5 +325,8 @@ pub(crate) fn problem_of(entry: &Entry, sign: Sign, dimension: Dimension) -> Opt
         }
         _ => return None,
     };
-    Some(problem.to_string())
+    Some(format!(
+        "{problem}, got {}",
+        format_quantity(value, &entry.unit)
+    ))
 }

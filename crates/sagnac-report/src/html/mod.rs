@@ -14,8 +14,8 @@ pub use characterize::{CharacterizePage, Input, LogReport, Overview, ParameterCe
 pub use rich::Rich;
 pub use table::{HtmlCell, HtmlTable};
 pub use views::{
-    BudgetRow, ChartPage, ComparePage, CompareRow, DriftPage, ExplainPage, Opening, ResponsePage,
-    ResponseRow,
+    BudgetRow, ChartPage, ComparePage, CompareRow, DriftPage, ExplainPage, Opening, RandomRow,
+    ResponsePage, ResponseRow,
 };
 
 use core::fmt::Write as _;

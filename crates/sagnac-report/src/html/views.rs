@@ -84,21 +84,55 @@ pub struct ExplainPage {
     pub gyro: Vec<ExplainPanel>,
     /// Accelerometer axes.
     pub accel: Vec<ExplainPanel>,
+    /// Random terms with the sigma of a sample: gyro, then accelerometer.
+    pub random: [Vec<RandomRow>; 2],
+}
+
+/// A random term on three axes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RandomRow {
+    /// Its name.
+    pub term: String,
+    /// Sigma on x, y, z.
+    pub sigma: [String; 3],
+    /// Their unit.
+    pub unit: String,
 }
 
 impl ExplainPage {
     /// The page as one file of HTML.
     pub fn html(&self) -> String {
         let mut sections = Vec::new();
-        for (id, heading, panels) in [
-            ("gyro", "Gyro", &self.gyro),
-            ("accel", "Accelerometer", &self.accel),
+        let [gyro, accel] = &self.random;
+        for (id, heading, panels, random) in [
+            ("gyro", "Gyro", &self.gyro, gyro),
+            ("accel", "Accelerometer", &self.accel, accel),
         ] {
-            if !panels.is_empty() {
-                sections.push(
-                    Section::new(id, heading, "").with(Block::Panels(explain_panels(panels))),
-                );
+            if panels.is_empty() {
+                continue;
             }
+            let mut section =
+                Section::new(id, heading, "").with(Block::Panels(explain_panels(panels)));
+            if !random.is_empty() {
+                let name = format!("{id}-noise");
+                let mut table = HtmlTable::new(
+                    &name,
+                    &["Noise, 1σ of a sample", "x", "y", "z", "Unit"],
+                    &[1, 2, 3],
+                );
+                for row in random {
+                    let [x, y, z] = row.sigma.clone().map(HtmlCell::number);
+                    table.row(vec![
+                        row.term.clone().into(),
+                        x,
+                        y,
+                        z,
+                        row.unit.clone().into(),
+                    ]);
+                }
+                section = section.with(Block::Table(table));
+            }
+            sections.push(section);
         }
         if let Some(last) = sections.last_mut() {
             last.blocks.push(Block::Small(

@@ -31,14 +31,20 @@ impl Pending {
     }
 
     pub(super) fn push(&mut self, more: &Block) {
+        let written = self.block.stamps.len();
         for row in 0..more.rows {
             self.times_s.push(self.clock.next(more.stamps.get(row)));
         }
-        self.block.stamps.append(&more.stamps);
-        for (all, part) in self.block.columns.iter_mut().zip(&more.columns) {
-            all.extend_from_slice(part);
+        self.block.append(more);
+        if self.clock.note().is_some() {
+            self.block.stamps.keep(0..written);
+            let times_s = &self.times_s[self.times_s.len() - more.rows..];
+            for (row, &at_s) in times_s.iter().enumerate() {
+                if let Some(stamp) = self.clock.written(more.stamps.get(row), at_s) {
+                    self.block.stamps.push(stamp);
+                }
+            }
         }
-        self.block.rows += more.rows;
     }
 
     pub(super) fn done(&mut self, ready: usize) {
@@ -112,6 +118,11 @@ impl Work {
             open: vec![None; sums.len()],
             sums,
         }
+    }
+
+    /// Whether ω̇ is the slope of the corrected rates.
+    pub(super) fn needs_slope(&self) -> bool {
+        self.needs_slope
     }
 
     /// How many rows behind the written ones can be corrected.

@@ -50,6 +50,8 @@ struct SensorRun {
     stage: Option<OutputStage<f64>>,
     limits: [f64; 3],
     clipped: [u64; 3],
+    /// The random term with the largest sigma of a sample, for errors.
+    loudest: [String; 3],
 }
 
 /// A run in progress.
@@ -59,6 +61,8 @@ pub(super) struct Run {
     core: SensorModel<f64>,
     dt_s: f64,
     with_drift: bool,
+    /// Why a sample is no finite number.
+    beyond: Option<Error>,
     /// Samples outside the temperature range.
     pub(super) too_cold_or_hot: u64,
 }
@@ -157,6 +161,17 @@ impl Run {
                     triad.resolution.largest_output(axis, limit, recipe.dt_s) * (1.0 - 1e-9)
                 }),
                 clipped: [0; 3],
+                loudest: [0, 1, 2].map(|axis| {
+                    let at = Truth::default();
+                    let terms = crate::explain::random(model, sensor, axis, recipe.dt_s, &at);
+                    let mut in_run = terms
+                        .into_iter()
+                        .filter(|(n, _)| !n.ends_with(".stability"));
+                    let name = in_run
+                        .next()
+                        .map_or_else(|| "noise".to_owned(), |(name, _)| name);
+                    name.trim_end_matches(", after 1 h").to_owned()
+                }),
             });
         }
         Ok(Self {
@@ -165,6 +180,7 @@ impl Run {
             core,
             dt_s: recipe.dt_s,
             with_drift: recipe.with_drift,
+            beyond: None,
             too_cold_or_hot: 0,
         })
     }
@@ -188,6 +204,12 @@ impl Run {
         self.sensors
             .par_iter_mut()
             .for_each(|sensor| sensor.put_out(core, dt_s));
+        if self.beyond.is_none() {
+            self.beyond = self
+                .sensors
+                .iter()
+                .find_map(|s| s.beyond(core, truth, dt_s));
+        }
         if let Some([low, high]) = self.core.temperature_range_c
             && self.core.depends_on_temperature()
         {
@@ -199,17 +221,16 @@ impl Run {
         }
     }
 
+    /// Refuses samples that are no finite numbers.
+    pub(super) fn check(&mut self) -> Result<(), Error> {
+        self.beyond.take().map_or(Ok(()), Err)
+    }
+
     /// b + (I + M)u + N(u) of every row.
     fn deterministic(&mut self, truth: &TruthRows) {
-        let sample = |k: usize| Truth {
-            specific_force: [0, 1, 2].map(|axis| truth.force[axis][k]),
-            angular_rate: [0, 1, 2].map(|axis| truth.rate[axis][k]),
-            angular_acceleration: [0, 1, 2].map(|axis| truth.rate_dot[axis][k]),
-            temperature_c: truth.temperature[k],
-        };
         let measurement = &self.measurement;
         if truth.is_constant {
-            let reading = measurement.corrupt(&sample(0));
+            let reading = measurement.corrupt(&sample(truth, 0));
             for sensor in &mut self.sensors {
                 let value = [reading.gyro, reading.accel][sensor.sensor.index()];
                 for (column, value) in sensor.output.iter_mut().zip(value) {
@@ -327,7 +348,48 @@ fn add_and_clamp(column: &mut [f64], noise: &[f64], range: f64, limit: f64) -> u
     clipped
 }
 
+/// The truth of one row.
+fn sample(truth: &TruthRows, k: usize) -> Truth<f64> {
+    Truth {
+        specific_force: [0, 1, 2].map(|axis| truth.force[axis][k]),
+        angular_rate: [0, 1, 2].map(|axis| truth.rate[axis][k]),
+        angular_acceleration: [0, 1, 2].map(|axis| truth.rate_dot[axis][k]),
+        temperature_c: truth.temperature[k],
+    }
+}
+
+/// Whether any value is infinite or NaN; without a jump, in vector instructions.
+fn any_beyond(column: &[f64]) -> bool {
+    column
+        .iter()
+        .fold(false, |any, value| any | !value.is_finite())
+}
+
 impl SensorRun {
+    /// The first output that is no finite number, with its term.
+    fn beyond(&self, core: &SensorModel<f64>, truth: &TruthRows, dt_s: f64) -> Option<Error> {
+        let axis = self.output.iter().position(|column| any_beyond(column))?;
+        let row = self.output[axis]
+            .iter()
+            .position(|value| !value.is_finite())?;
+        let key = self.sensor.key();
+        let at = sample(truth, row);
+        let term = crate::explain::beyond_every_number(core, self.sensor, &at, dt_s)
+            .unwrap_or(&self.loudest[axis]);
+        let time_s = truth
+            .stamps
+            .get(row)
+            .map_or(f64::NAN, sagnac_log::Stamp::seconds);
+        Some(
+            Error::data(format!(
+                "{key}_{} is beyond every number at {} s: {key}.{term} is too large",
+                ["x", "y", "z"][axis],
+                sagnac_report::text::general(time_s, 9)
+            ))
+            .advise("look for a wrong unit of that term"),
+        )
+    }
+
     /// Adds the random terms and passes the sum through low-pass, saturation and rounding.
     fn put_out(&mut self, core: &SensorModel<f64>, dt_s: f64) {
         let [x, y, z] = &mut self.output;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use sagnac_core::Sensor;
-use sagnac_log::{Block, LogReader, Stamp, Stamps};
+use sagnac_log::{Block, Cells, Channel, Layout, LogReader, Quantity, Stamp, Stamps, TextColumn};
 use sagnac_nav::{Motion, Trajectory, TruthSample};
 
 use super::slope::slopes;
@@ -23,6 +23,9 @@ pub(super) struct TruthRows {
     pub(super) rate_dot: [Vec<f64>; 3],
     pub(super) temperature: Vec<f64>,
     pub(super) motion: Vec<Motion>,
+    /// Columns of a log that are no sensor's, numbers and text.
+    pub(super) others: Vec<Vec<f64>>,
+    pub(super) texts: Vec<Cells>,
     /// All rows equal one another and those before.
     pub(super) is_constant: bool,
 }
@@ -46,11 +49,24 @@ pub(super) struct Plan {
     pub(super) with_motion: bool,
     /// Median interval of a log's stamps, where a rate overrides them.
     pub(super) overridden_dt_s: Option<f64>,
+    /// Channels of a log that are no sensor's, with their places in it.
+    pub(super) others: Vec<(usize, Channel)>,
+    pub(super) texts: Vec<TextColumn>,
 }
 
 impl Plan {
     pub(super) fn dt_s(&self) -> f64 {
         1.0 / self.rate_hz
+    }
+
+    /// The columns of a log that are handed on.
+    pub(super) fn keep_others(&mut self, layout: &Layout) {
+        let others = layout.channels.iter().enumerate();
+        self.others = others
+            .filter(|(_, channel)| channel.quantity == Quantity::Other)
+            .map(|(at, channel)| (at, channel.clone()))
+            .collect();
+        self.texts.clone_from(&layout.texts);
     }
 
     fn stamp(&self, k: u64) -> Stamp {
@@ -211,6 +227,7 @@ pub(super) struct LogSource {
     stamps: Stamps,
     time_s: Vec<f64>,
     columns: Vec<Vec<f64>>,
+    texts: Vec<Cells>,
     next: usize,
     ended: bool,
     read: u64,
@@ -229,11 +246,17 @@ impl LogSource {
             stamps: Stamps::default(),
             time_s: Vec::new(),
             columns: vec![Vec::new(); count],
+            texts: Vec::new(),
             next: 0,
             ended: false,
             read: 0,
             clock,
         }
+    }
+
+    /// What the reader said.
+    pub(super) fn reader_notes(&self) -> Vec<String> {
+        self.reader.layout().notes.clone()
     }
 
     /// Reads until `wanted` rows are at hand beyond the next one, or the log ends.
@@ -247,12 +270,22 @@ impl LogSource {
             for k in 0..self.block.rows {
                 self.read += 1;
                 let stamp = self.block.stamps.get(k);
-                self.time_s.push(self.clock.next(stamp) + dt);
+                let at_s = self.clock.next(stamp);
+                self.time_s.push(at_s + dt);
+                let written = stamp.and_then(|stamp| self.clock.written(Some(stamp), at_s));
                 self.stamps
-                    .push(stamp.unwrap_or_else(|| self.plan.stamp(self.read)));
+                    .push(written.unwrap_or_else(|| self.plan.stamp(self.read)));
             }
             if let Some(row) = self.clock.first_without_number() {
                 return Err(no_time(row));
+            }
+            self.texts
+                .resize_with(self.block.texts.len(), Cells::default);
+            for (all, part) in self.texts.iter_mut().zip(&self.block.texts) {
+                all.append(part);
+            }
+            for (at, _) in &self.plan.others {
+                self.columns[*at].extend_from_slice(&self.block.columns[*at]);
             }
             let used = self.channels.used();
             for (index, (all, part)) in self.columns.iter_mut().zip(&self.block.columns).enumerate()
@@ -292,11 +325,11 @@ impl LogSource {
         }
         self.time_s.drain(..old);
         self.stamps.keep(old..self.stamps.len());
-        let used = self.channels.used();
-        for (index, column) in self.columns.iter_mut().enumerate() {
-            if used.contains(&index) {
-                column.drain(..old);
-            }
+        for column in self.columns.iter_mut().filter(|c| !c.is_empty()) {
+            column.drain(..old);
+        }
+        for text in &mut self.texts {
+            text.keep(old..text.len());
         }
         self.next -= old;
     }
@@ -365,6 +398,13 @@ impl TruthSource for LogSource {
                     .map(|t| self.plan.mean_temperature(t - dt, *t, end)),
             );
         }
+        rows.others.resize_with(self.plan.others.len(), Vec::new);
+        for (to, (at, _)) in rows.others.iter_mut().zip(&self.plan.others) {
+            to.clear();
+            to.extend_from_slice(&self.columns[*at][range.clone()]);
+        }
+        rows.texts.clone_from(&self.texts);
+        rows.texts.iter_mut().for_each(|t| t.keep(range.clone()));
         rows.motion.clear();
         rows.is_constant = false;
         self.next += count;

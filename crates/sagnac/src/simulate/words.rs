@@ -310,6 +310,17 @@ pub(super) fn warn_of_terms(
             ));
         }
     }
+    let [gyro, accel] = recipe.present;
+    let mut core = recipe.core;
+    if !gyro {
+        core = core.without_gyro();
+    }
+    if !accel {
+        core = core.without_accel();
+    }
+    outcome
+        .warnings
+        .extend(crate::explain::no_inverse(&core, recipe.dt_s));
     let limits = model.limits();
     if !limits.is_empty() {
         let mut names: Vec<String> = limits.iter().take(3).map(ToString::to_string).collect();
