@@ -843,3 +843,24 @@ fn wrong_signs_are_told_with_value_and_remedy() {
         assert!(text.contains(part), "{text}");
     }
 }
+
+#[test]
+fn the_page_of_explain_lists_the_random_terms() {
+    let folder = folder(|_, _| {});
+    let at = folder.path();
+    said(
+        at,
+        &["explain", "part.toml", "--report", "page.html"],
+        "page.html",
+    );
+    let page = fs::read_to_string(at.join("page.html")).unwrap();
+    let table = page.split("data-table=\"gyro-noise\"").nth(1).unwrap();
+    let table = table.split("</table>").next().unwrap();
+    for part in [
+        "Noise, 1σ of a sample, °/h",
+        "noise.angle_random_walk",
+        "bias.stability",
+    ] {
+        assert!(table.contains(part), "{table}");
+    }
+}

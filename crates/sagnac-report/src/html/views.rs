@@ -95,7 +95,7 @@ pub struct RandomRow {
     pub term: String,
     /// Sigma on x, y, z.
     pub sigma: [String; 3],
-    /// Their unit.
+    /// Their unit, one for all rows of a table.
     pub unit: String,
 }
 
@@ -115,20 +115,12 @@ impl ExplainPage {
                 Section::new(id, heading, "").with(Block::Panels(explain_panels(panels)));
             if !random.is_empty() {
                 let name = format!("{id}-noise");
-                let mut table = HtmlTable::new(
-                    &name,
-                    &["Noise, 1σ of a sample", "x", "y", "z", "Unit"],
-                    &[1, 2, 3],
-                );
+                let unit = random.first().map_or("", |row| row.unit.as_str());
+                let heading = format!("Noise, 1σ of a sample, {unit}");
+                let mut table = HtmlTable::new(&name, &[&heading, "x", "y", "z"], &[1, 2, 3]);
                 for row in random {
                     let [x, y, z] = row.sigma.clone().map(HtmlCell::number);
-                    table.row(vec![
-                        row.term.clone().into(),
-                        x,
-                        y,
-                        z,
-                        row.unit.clone().into(),
-                    ]);
+                    table.row(vec![row.term.clone().into(), x, y, z]);
                 }
                 section = section.with(Block::Table(table));
             }
