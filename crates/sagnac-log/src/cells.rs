@@ -104,7 +104,9 @@ mod tests {
 
     fn cells(of: &[&str]) -> Cells {
         let mut out = Cells::default();
-        of.iter().for_each(|cell| out.push(cell.as_bytes()));
+        for cell in of {
+            out.push(cell.as_bytes());
+        }
         out
     }
 

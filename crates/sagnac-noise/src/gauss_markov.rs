@@ -110,10 +110,12 @@ mod tests {
             axis: 0,
         };
         for correlation_time_s in [1e-12, 1e-160, 1e-300, f64::MIN_POSITIVE] {
-            let mut noise = AxisNoise::default();
-            noise.instability_gauss_markov = GaussMarkov {
-                sigma: 1.0,
-                correlation_time_s,
+            let noise = AxisNoise {
+                instability_gauss_markov: GaussMarkov {
+                    sigma: 1.0,
+                    correlation_time_s,
+                },
+                ..AxisNoise::default()
             };
             let made = AxisGenerator::new(&noise, TermSet::ALL, 0.01, 10.0, key);
             let mut samples = [0.0; 2000];
