@@ -30,12 +30,19 @@ impl Coarse {
         if steps.iter().filter(off).take(2 * PER_STRETCH).count() < 2 * PER_STRETCH {
             return None;
         }
+        if let Some(few) = Self::of_few(steps) {
+            return Some(few);
+        }
         let grid_s = grid(steps)?;
         // Steps in units of the grid; what is longer than all rounding explains are gaps.
         let is_gap = |s: f64, dt: f64| s > dt + 1.5 * grid_s;
+        // From one change of the stamp to another: how long the first and last stamps had stood is not known.
+        let first = steps.iter().position(|s| *s != 0.0)?;
+        let last = steps.iter().rposition(|s| *s != 0.0)?;
+        let between = &steps[first + 1..=last];
         let mean = |dt: f64| {
             let (mut sum, mut count) = (0.0, 0_usize);
-            for &s in steps {
+            for &s in between {
                 if s.is_finite() && s >= 0.0 && !is_gap(s, dt) {
                     sum += s;
                     count += 1;
@@ -67,6 +74,36 @@ impl Coarse {
         }
         let usual_span = crate::clock::median(&mut spans)?;
         (usual_span < SPAN).then_some(Self { grid_s, dt_s })
+    }
+
+    /// Of a short stretch, in which the stamp changes a few times only: as many rows to each, and one step between most.
+    fn of_few(steps: &[f64]) -> Option<Self> {
+        let changes: Vec<usize> = (0..steps.len()).filter(|k| steps[*k] != 0.0).collect();
+        if !(4..2 * PER_STRETCH).contains(&changes.len()) || 4 * changes.len() > steps.len() {
+            return None;
+        }
+        let mut sizes: Vec<f64> = changes.iter().map(|k| steps[*k]).collect();
+        let grid_s = crate::clock::median(&mut sizes)?;
+        let is_grid = |s: f64| (s - grid_s).abs() < 1e-3 * grid_s;
+        let shared: Vec<f64> = changes
+            .windows(2)
+            .filter(|pair| is_grid(steps[pair[1]]))
+            .map(|pair| (pair[1] - pair[0]) as f64)
+            .collect();
+        let usual = crate::clock::median(&mut shared.clone())?;
+        let alike: Vec<f64> = shared
+            .iter()
+            .copied()
+            .filter(|n| (n - usual).abs() <= 1.0_f64.max(0.1 * usual))
+            .collect();
+        if grid_s <= 0.0 || 4 * alike.len() < 3 * (changes.len() - 1) {
+            return None;
+        }
+        let rows = alike.iter().sum::<f64>() / alike.len() as f64;
+        Some(Self {
+            grid_s,
+            dt_s: grid_s / rows,
+        })
     }
 }
 
@@ -155,6 +192,19 @@ mod tests {
                 "{rate} {found:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_few_changes_of_the_stamp_tell_the_rate() {
+        for (rate, n) in [(100.0, 1500), (99.3, 2000), (1000.0, 8192)] {
+            let steps = steps((0..n).map(|k| (f64::from(k) / rate + 0.37).floor()));
+            let found = Coarse::of(&steps).unwrap();
+            assert_eq!(found.grid_s, 1.0);
+            assert!((found.dt_s * rate - 1.0).abs() < 0.01, "{rate} {found:?}");
+        }
+        // Groups that arrive together, each at another time, are bursts.
+        let bursts = steps((0..1500).map(|k| f64::from(k / 100) + 0.1 * f64::from(k / 100 % 3)));
+        assert_eq!(Coarse::of(&bursts), None);
     }
 
     #[test]

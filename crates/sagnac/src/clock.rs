@@ -1,28 +1,17 @@
 //! The time of every row of a log, and what is odd about its stamps: gaps, repeats, steps back.
 //!
 //! Where a rate was given that overrides the stamps, a row is one interval of that rate, and a gap
-//! as many as it is long in the median interval of the stamps; the times written are those then.
+//! as many as it is long in the interval of the stamps; the times written are those then. Where stamps are coarser than the
+//! interval, or come in bursts, a row is one interval as well, but the stamps are kept.
 
-use sagnac_log::{Block, Layout, Stamp, Stamps};
+use sagnac_log::{Block, Cadence, Layout, Stamp, Stamps};
 use sagnac_report::text::{clock, duration, general, group_thousands};
 
-/// The median of the rising steps between stamps, s.
-pub(crate) fn median_step_s(stamps: &Stamps) -> Option<f64> {
-    let times = stamps.since(stamps.get(0)?);
-    let mut steps: Vec<f64> = times
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .filter(|step| *step > 0.0)
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied()
-}
-
-/// The median interval of stamps that the rate given beside them overrides; dt itself where they
-/// never rise, `None` where the stamps count.
+/// The interval of stamps that the rate given beside them overrides; dt itself where they never rise, `None` where the
+/// stamps count.
 pub(crate) fn overridden_dt_s(layout: &Layout, first: &Block) -> Option<f64> {
     let rate_hz = layout.rate_hz.filter(|_| layout.has_time)?;
-    Some(median_step_s(&first.stamps).unwrap_or(1.0 / rate_hz))
+    Some(Cadence::of(&first.stamps).map_or(1.0 / rate_hz, |cadence| cadence.dt_s))
 }
 
 /// Times of a log by the rate that was given beside its stamps.
@@ -47,9 +36,10 @@ impl GivenRate {
     /// The stamps of the next rows.
     pub(crate) fn stamps(&mut self, read: &Stamps) -> Stamps {
         let dt_s = 1.0 / self.rate_hz;
-        let clock = self
-            .clock
-            .get_or_insert_with(|| RowClock::new(dt_s, Some(median_step_s(read).unwrap_or(dt_s))));
+        let clock = self.clock.get_or_insert_with(|| {
+            let cadence = Cadence::of(read);
+            RowClock::new(dt_s, Some(cadence.map_or(dt_s, |c| c.dt_s)), cadence)
+        });
         let mut out = Stamps::default();
         for k in 0..read.len() {
             let stamp = read.get(k);
@@ -86,8 +76,10 @@ impl Odd {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RowClock {
     dt_s: f64,
-    /// Median interval of stamps that a rate overrides.
+    /// Interval of stamps that a rate overrides.
     overridden_dt_s: Option<f64>,
+    /// What the first stamps tell of all of them.
+    cadence: Option<Cadence>,
     origin: Option<Stamp>,
     last_s: f64,
     was_back: bool,
@@ -103,10 +95,11 @@ pub(crate) struct RowClock {
 }
 
 impl RowClock {
-    pub(crate) fn new(dt_s: f64, overridden_dt_s: Option<f64>) -> Self {
+    pub(crate) fn new(dt_s: f64, overridden_dt_s: Option<f64>, cadence: Option<Cadence>) -> Self {
         Self {
             dt_s,
             overridden_dt_s,
+            cadence,
             origin: None,
             last_s: 0.0,
             was_back: false,
@@ -118,6 +111,12 @@ impl RowClock {
             back: Odd::default(),
             no_number: Odd::default(),
         }
+    }
+
+    /// Whether stamps are too coarse, or too bunched, to tell when a row was measured.
+    fn is_uneven(&self) -> bool {
+        self.cadence
+            .is_some_and(|c| c.is_coarse || c.longest_s > 1.6 * c.dt_s)
     }
 
     /// Time of the next row from the first one, s; it does not depend on dt where the stamps count.
@@ -132,9 +131,10 @@ impl RowClock {
             self.no_number.add(self.rows, self.last_s, 0.0);
             // It counts as one interval: the next stamp is so much later without a gap.
             self.repeated += f64::from(u8::from(self.origin.is_some()));
-            return match self.overridden_dt_s {
-                Some(_) => counted(self.rows - 1, self.skipped),
-                None => self.last_s,
+            return if self.is_counted() {
+                counted(self.rows - 1, self.skipped)
+            } else {
+                self.last_s
             };
         }
         let is_first = self.origin.is_none();
@@ -143,12 +143,23 @@ impl RowClock {
         let step_s = at_s - self.last_s;
         if !is_first {
             let (row, before_s) = (self.rows, self.last_s);
+            let is_uneven = self.is_uneven();
+            let longest_s = match self.cadence {
+                Some(cadence) if is_uneven => cadence.longest_s,
+                _ => (1.5 + self.repeated) * unit_s,
+            };
             // The way forward after a step back, or after repeats, is no gap.
-            if step_s > (1.5 + self.repeated) * unit_s && !self.was_back {
+            if step_s > longest_s && !self.was_back {
                 self.gaps.add(row, before_s, step_s);
-                self.skipped += step_s / unit_s - 1.0 - self.repeated;
+                self.skipped = if is_uneven {
+                    (at_s / unit_s - (self.rows - 1) as f64).max(self.skipped)
+                } else {
+                    self.skipped + step_s / unit_s - 1.0 - self.repeated
+                };
             } else if step_s == 0.0 {
-                self.repeats.add(row, before_s, 0.0);
+                if !is_uneven {
+                    self.repeats.add(row, before_s, 0.0);
+                }
             } else if step_s < 0.0 {
                 self.back.add(row, before_s, -step_s);
             }
@@ -160,10 +171,16 @@ impl RowClock {
             };
         }
         self.last_s = at_s;
-        match self.overridden_dt_s {
-            Some(_) => counted(self.rows - 1, self.skipped),
-            None => at_s,
+        if self.is_counted() {
+            counted(self.rows - 1, self.skipped)
+        } else {
+            at_s
         }
+    }
+
+    /// Whether a row is one interval, whatever its stamp.
+    fn is_counted(&self) -> bool {
+        self.overridden_dt_s.is_some() || self.is_uneven()
     }
 
     /// The first row, from 1, whose stamp is no finite number, where the stamps count.
@@ -225,6 +242,17 @@ impl RowClock {
         if self.overridden_dt_s.is_some() {
             return out;
         }
+        if self.is_uneven() {
+            let how = if self.cadence.is_some_and(|c| c.is_coarse) {
+                "go in steps coarser than its interval"
+            } else {
+                "come in bursts"
+            };
+            out.push(format!(
+                "the time stamps of {log} {how}: each row counts as one interval at {} Hz and keeps its stamp; give --rate if you know it",
+                general(1.0 / self.dt_s, 5)
+            ));
+        }
         if let Some((row, time_s, _)) = self.no_number.first {
             let first = if self.no_number.count == 1 {
                 ""
@@ -269,7 +297,7 @@ mod tests {
 
     #[test]
     fn gaps_repeats_and_steps_back_are_told_apart() {
-        let mut rows = RowClock::new(1.0, None);
+        let mut rows = RowClock::new(1.0, None, None);
         let times = run(&mut rows, &[5.0, 6.0, 6.0, 8.0, 13.0, 4.0, 13.0, 14.0]);
         assert_eq!(times, [0.0, 1.0, 1.0, 3.0, 8.0, -1.0, 8.0, 9.0]);
         let said = rows.sentences("the log", "noise goes on");
@@ -280,8 +308,33 @@ mod tests {
     }
 
     #[test]
+    fn coarse_stamps_are_neither_repeats_nor_gaps() {
+        // 100 Hz in whole seconds, 500 samples lost.
+        let times: Vec<f64> = (0..3000)
+            .map(|k| if k < 2000 { k } else { k + 500 })
+            .map(|k| f64::from(k / 100))
+            .collect();
+        let cadence = Cadence::of(&Stamps::Seconds(times[..1500].to_vec()));
+        let dt_s = cadence.map_or(0.0, |c| c.dt_s);
+        assert!((dt_s / 0.01 - 1.0).abs() < 1e-9, "{dt_s}");
+        let mut rows = RowClock::new(dt_s, None, cadence);
+        let found = run(&mut rows, &times);
+        assert!((found[1999] - 19.99).abs() < 0.5 && (found[2999] - 34.99).abs() < 1.0);
+        let said = rows.sentences("the log", "x");
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(
+            said[0].contains("1 gap") && said[1].contains("coarser"),
+            "{said:?}"
+        );
+        assert_eq!(
+            rows.written(Some(Stamp::Seconds(7.0)), 7.5),
+            Some(Stamp::Seconds(7.0))
+        );
+    }
+
+    #[test]
     fn stamps_that_are_no_numbers_hide_no_gap() {
-        let mut rows = RowClock::new(1.0, None);
+        let mut rows = RowClock::new(1.0, None, None);
         let times = run(&mut rows, &[f64::NAN, 5.0, 6.0, f64::NAN, 15.0]);
         assert_eq!(times, [0.0, 0.0, 1.0, 1.0, 10.0]);
         assert_eq!(rows.first_without_number(), Some(1));
@@ -292,14 +345,14 @@ mod tests {
 
     #[test]
     fn a_rate_overrides_the_stamps_but_not_their_gaps() {
-        let mut rows = RowClock::new(0.1, Some(1.0));
+        let mut rows = RowClock::new(0.1, Some(1.0), None);
         let times = run(&mut rows, &[0.0, 1.0, 2.0, 5.0, 6.0]);
         for (time, want) in times.iter().zip([0.0, 0.1, 0.2, 0.5, 0.6]) {
             assert!((time - want).abs() < 1e-12, "{times:?}");
         }
         assert_eq!(rows.sentences("x", "y").len(), 1);
         // A stamp that is no number, or repeated, is one interval and makes no gap.
-        let mut rows = RowClock::new(0.1, Some(1.0));
+        let mut rows = RowClock::new(0.1, Some(1.0), None);
         let times = run(&mut rows, &[0.0, f64::NAN, 2.0, 2.0, 4.0, 8.0]);
         for (time, want) in times.iter().zip([0.0, 0.1, 0.2, 0.3, 0.4, 0.8]) {
             assert!((time - want).abs() < 1e-12, "{times:?}");

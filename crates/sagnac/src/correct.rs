@@ -9,12 +9,12 @@ mod rows;
 mod usable;
 
 use sagnac_core::Compensation;
-use sagnac_log::{Block, Channel, Layout, LogReader, LogWriter};
+use sagnac_log::{Block, Cadence, Channel, Layout, LogReader, LogWriter};
 use sagnac_model::Model;
 use sagnac_report::text::general;
 
 use crate::Error;
-use crate::clock::{RowClock, median_step_s, overridden_dt_s};
+use crate::clock::{RowClock, overridden_dt_s};
 use crate::simulate::Channels;
 use rows::{Pending, Work};
 use usable::usable;
@@ -126,7 +126,8 @@ pub fn correct(
                 .to_owned(),
         );
     }
-    let mut pending = Pending::new(layout.channels.len(), RowClock::new(dt_s, overridden_s));
+    let clock = RowClock::new(dt_s, overridden_s, Cadence::of(&block.stamps));
+    let mut pending = Pending::new(layout.channels.len(), clock);
     while is_more {
         divide_increments(&layout, &mut block, dt_s);
         pending.push(&block);
@@ -166,7 +167,7 @@ fn interval(
     first: &Block,
     outcome: &mut CorrectOutcome,
 ) -> Result<f64, Error> {
-    let of_stamps = median_step_s(&first.stamps);
+    let of_stamps = Cadence::of(&first.stamps).map(|cadence| cadence.dt_s);
     let of_log = layout.rate_hz.map(|rate| 1.0 / rate).or(of_stamps);
     if let (Some(rate), Some(step)) = (layout.rate_hz, of_stamps)
         && (step * rate - 1.0).abs() > 1e-3

@@ -15,7 +15,7 @@ pub(crate) use source::Channels;
 pub(crate) use temperature::ABSOLUTE_ZERO_C;
 pub use temperature::TemperatureProfile;
 
-use sagnac_log::{Block, Channel, Layout, Log, LogReader, LogWriter};
+use sagnac_log::{Block, Cadence, Channel, Layout, Log, LogReader, LogWriter};
 use sagnac_model::Model;
 use sagnac_nav::{Start, Trajectory};
 use sagnac_noise::TermSet;
@@ -23,7 +23,6 @@ use sagnac_report::text::{duration, general};
 use serde_json::{Value, json};
 
 use crate::Error;
-use crate::clock::{RowClock, median_step_s};
 use run::{Recipe, Run};
 use source::{LogSource, Plan, TrajectorySource, TruthRows, TruthSource};
 
@@ -315,6 +314,7 @@ fn plan(
         reference_temperature_c: request.model.reference_temperature_c(),
         with_motion: request.with_truth,
         overridden_dt_s: None,
+        cadence: None,
         others: Vec::new(),
         texts: Vec::new(),
     };
@@ -372,9 +372,11 @@ fn plan(
             // The rate that counts, and what of the log it overrides.
             let mut look = |plan: &mut Plan,
                             log: &Peeked,
-                            stamps_dt_s: Option<f64>,
+                            cadence: Option<Cadence>,
                             label: &str| {
                 let own = log.layout().rate_hz;
+                let stamps_dt_s = cadence.map(|cadence| cadence.dt_s);
+                plan.cadence = cadence;
                 let asked = asked_hz.or(own.filter(|_| stamps_dt_s.is_some()));
                 let own_dt = stamps_dt_s.or(own.map(|rate| 1.0 / rate));
                 plan.rate_hz = log_rate(asked, model_rate, own_dt, label, outcome);
@@ -412,9 +414,9 @@ fn plan(
                 }
                 // What is read to look at it is kept and handed on.
                 let reader = open()?;
-                let (kept, stamps_dt_s) = Peeked::new(reader)?;
+                let (kept, cadence) = Peeked::new(reader)?;
                 let channels = Channels::of(kept.layout())?;
-                look(&mut plan, &kept, stamps_dt_s, label);
+                look(&mut plan, &kept, cadence, label);
                 let mut kept: Option<Box<dyn LogReader>> = Some(Box::new(kept));
                 *open = Box::new(move || {
                     kept.take()
@@ -422,11 +424,11 @@ fn plan(
                 });
                 return Ok((plan, channels));
             }
-            let (mut kept, stamps_dt_s) = Peeked::new(open()?)?;
+            let (mut kept, cadence) = Peeked::new(open()?)?;
             let channels = Channels::of(kept.layout())?;
-            look(&mut plan, &kept, stamps_dt_s, label);
+            look(&mut plan, &kept, cadence, label);
             let mut block = Block::default();
-            let (mut rows, mut clock) = (0, RowClock::new(plan.dt_s(), plan.overridden_dt_s));
+            let (mut rows, mut clock) = (0, plan.clock());
             let mut end_s = None;
             while kept.read_block(&mut block)? {
                 rows += block.rows as u64;
@@ -489,19 +491,19 @@ struct Peeked {
 }
 
 impl Peeked {
-    /// The reader, and the median interval of the stamps of its first rows, s.
-    fn new(mut reader: Box<dyn LogReader>) -> Result<(Self, Option<f64>), Error> {
+    /// The reader, and what the stamps of its first rows tell.
+    fn new(mut reader: Box<dyn LogReader>) -> Result<(Self, Option<Cadence>), Error> {
         let mut block = Block::with_columns(reader.layout().channels.len());
         if !reader.read_block(&mut block)? || block.rows == 0 {
             return Err(Error::data("the log has no samples"));
         }
-        let stamps_dt_s = median_step_s(&block.stamps);
+        let cadence = Cadence::of(&block.stamps);
         Ok((
             Self {
                 reader,
                 first: Some(block),
             },
-            stamps_dt_s,
+            cadence,
         ))
     }
 }

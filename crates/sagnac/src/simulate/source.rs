@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 use sagnac_core::Sensor;
-use sagnac_log::{Block, Cells, Channel, Layout, LogReader, Quantity, Stamp, Stamps, TextColumn};
+use sagnac_log::{
+    Block, Cadence, Cells, Channel, Layout, LogReader, Quantity, Stamp, Stamps, TextColumn,
+};
 use sagnac_nav::{Motion, Trajectory, TruthSample};
 
 use super::slope::slopes;
@@ -47,8 +49,10 @@ pub(super) struct Plan {
     pub(super) temperature: Option<TemperatureProfile>,
     pub(super) reference_temperature_c: f64,
     pub(super) with_motion: bool,
-    /// Median interval of a log's stamps, where a rate overrides them.
+    /// Interval of a log's stamps, where a rate overrides them.
     pub(super) overridden_dt_s: Option<f64>,
+    /// What a log's first stamps tell.
+    pub(super) cadence: Option<Cadence>,
     /// Channels of a log that are no sensor's, with their places in it.
     pub(super) others: Vec<(usize, Channel)>,
     pub(super) texts: Vec<TextColumn>,
@@ -57,6 +61,11 @@ pub(super) struct Plan {
 impl Plan {
     pub(super) fn dt_s(&self) -> f64 {
         1.0 / self.rate_hz
+    }
+
+    /// The clock of a log's rows.
+    pub(super) fn clock(&self) -> RowClock {
+        RowClock::new(self.dt_s(), self.overridden_dt_s, self.cadence)
     }
 
     /// The columns of a log that are handed on.
@@ -237,7 +246,7 @@ pub(super) struct LogSource {
 impl LogSource {
     pub(super) fn new(reader: Box<dyn LogReader>, channels: Channels, plan: Plan) -> Self {
         let count = reader.layout().channels.len();
-        let clock = RowClock::new(plan.dt_s(), plan.overridden_dt_s);
+        let clock = plan.clock();
         Self {
             reader,
             channels,
