@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write as _};
 use std::process::ExitCode;
 
-use sagnac::report::text::{Document, Style};
+use sagnac::report::text::{Document, Style, width};
 use sagnac::{Error, Kind};
 
 use crate::args::{Color, Common, Format};
@@ -132,6 +132,7 @@ impl Context {
             format!("{word}:")
         };
         // Standard error is the last resort: if it is gone there is nobody to tell.
+        let text = folded(text, word.len() + 2, word.len() + 2);
         let _ = writeln!(io::stderr(), "{head} {text}");
     }
 
@@ -181,6 +182,27 @@ pub(crate) fn plain(error: &io::Error) -> String {
 }
 
 /// Prints an error in its three lines and gives its exit code.
+/// Text in lines of at most 80 columns, the first of which begins at column `first` and the others after `indent` blanks;
+/// a word longer than a line stays whole, so that a path can be copied.
+fn folded(text: &str, first: usize, indent: usize) -> String {
+    let mut out = String::new();
+    let mut column = first;
+    for word in text.split(' ') {
+        let wide = width(word);
+        if column > indent.max(first) && column + 1 + wide > 80 {
+            out.push('\n');
+            out.push_str(&" ".repeat(indent));
+            column = indent;
+        } else if !out.is_empty() {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += wide;
+    }
+    out
+}
+
 pub(crate) fn fail(error: &Error, context: Option<&Context>) -> ExitCode {
     let color = context.map_or_else(
         || io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
@@ -191,7 +213,11 @@ pub(crate) fn fail(error: &Error, context: Option<&Context>) -> ExitCode {
     } else {
         "error:"
     };
-    let _ = writeln!(io::stderr(), "{head} {error}");
+    let mut lines = vec![folded(&error.what, 7, 7)];
+    for line in [&error.place, &error.advice].into_iter().flatten() {
+        lines.push(format!("  {}", folded(line, 2, 4)));
+    }
+    let _ = writeln!(io::stderr(), "{head} {}", lines.join("\n"));
     ExitCode::from(match error.kind {
         Kind::Data => 1,
         Kind::Usage => 2,

@@ -347,6 +347,13 @@ pub(crate) fn temperature_profile(text: &str) -> Result<TemperatureProfile, Erro
         Err(error) => error,
     };
     let path = Path::new(text);
+    if !path.is_file() && path.extension().is_some() && !text.contains(' ') {
+        return Err(
+            Error::data("the temperature profile cannot be read: there is no such file")
+                .at(format!("--temperature {text}"))
+                .advise("look for the file's name, or write '40 degC', 'ramp 20 degC 60 degC'"),
+        );
+    }
     if !path.is_file() {
         return Err(error.at(format!("--temperature {text}")).advise(
             "write '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h' or the name of a file",

@@ -228,6 +228,16 @@ impl Drop for NewFolder {
     }
 }
 
+/// `40.3 MB`.
+pub(crate) fn size(bytes: f64) -> String {
+    match bytes {
+        b if b < 1e3 => format!("{b} B"),
+        b if b < 1e6 => format!("{:.1} kB", b / 1e3),
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.2} GB", b / 1e9),
+    }
+}
+
 /// Refuses an output of at least `bytes` where the disk has less room.
 pub(crate) fn refuse_without_room(path: &Path, bytes: f64) -> Result<(), Error> {
     #[cfg(unix)]
@@ -241,10 +251,10 @@ pub(crate) fn refuse_without_room(path: &Path, bytes: f64) -> Result<(), Error> 
             let free = disk.f_bavail as f64 * disk.f_frsize as f64;
             if bytes > free {
                 return Err(Error::data(format!(
-                    "{} needs at least {:.1} GB, and the disk has {:.1} GB free",
+                    "{} needs at least {}, and the disk has {} free",
                     path.display(),
-                    bytes / 1e9,
-                    free / 1e9
+                    size(bytes),
+                    size(free)
                 ))
                 .advise("shorten the run, lower --rate or choose another disk"));
             }

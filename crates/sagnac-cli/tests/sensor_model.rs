@@ -39,6 +39,18 @@ x = ["10 mm", "0 mm", "0 mm"]
 const HEADER: &str = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s],\
 accel_x [m/s^2],accel_y [m/s^2],accel_z [m/s^2],temperature [degC]";
 
+/// Lines of an error that are no continuation of the one before: what, where, what to do.
+fn sentences(said: &str) -> usize {
+    said.lines()
+        .filter(|line| !line.starts_with("    "))
+        .count()
+}
+
+/// Text as if it had not been folded.
+fn flat(said: &str) -> String {
+    said.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 fn sagnac(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_sagnac"))
         .current_dir(folder)
@@ -77,8 +89,8 @@ fn refused(folder: &Path, args: &[&str], code: i32, word: &str) {
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
     assert!(said.starts_with("error: "), "{args:?}: {said}");
-    assert!(said.lines().count() <= 3, "{args:?}: {said}");
-    assert!(said.contains(word), "{args:?}: {said}");
+    assert!(sentences(&said) <= 3, "{args:?}: {said}");
+    assert!(flat(&said).contains(word), "{args:?}: {said}");
     assert_eq!(
         fs::read_dir(folder).unwrap().count(),
         before,
@@ -503,7 +515,7 @@ fn a_disk_that_fills_up_leaves_nothing_behind() {
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{name}: {said}");
         assert!(
-            said.starts_with("error: ") && said.lines().count() <= 3,
+            said.starts_with("error: ") && sentences(&said) <= 3,
             "{name}: {said}"
         );
         assert_eq!(

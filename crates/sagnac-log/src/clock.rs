@@ -106,6 +106,15 @@ fn of_bursts(steps: &[f64], middle: f64) -> Option<f64> {
     if means.len() < 4 || (usual / middle - 1.0).abs() < 0.25 {
         return None;
     }
+    // Steps of one, two, three … intervals are those of a log with lost samples; pauses of bursts are long, or of any length.
+    let is_lost = |s: &&f64| {
+        let n = **s / middle;
+        n < 0.5 || (n < 12.5 && (n - n.round()).abs() < 0.2)
+    };
+    let whole = steps.iter().filter(is_lost).count();
+    if usual > middle && whole as f64 > 0.98 * steps.len() as f64 {
+        return None;
+    }
     let mut near = means;
     near.retain(|m| (m / usual - 1.0).abs() < 0.25);
     // A log with gaps everywhere has no such stretches.
@@ -129,6 +138,24 @@ mod tests {
             interval(&steps(&Stamps::Seconds(vec![1.0, 1.0, 1.0]))),
             None
         );
+    }
+
+    #[test]
+    fn lost_samples_do_not_stretch_the_interval() {
+        let mut state = 1_u64;
+        for keep in [10, 12, 14] {
+            let t: Vec<f64> = (0..30_000)
+                .filter(|_| {
+                    state = state
+                        .wrapping_mul(6_364_136_223_846_793_005)
+                        .wrapping_add(1_442_695_040_888_963_407);
+                    state >> 60 < keep
+                })
+                .map(|k| f64::from(k) * 0.01)
+                .collect();
+            let dt = interval(&steps(&Stamps::Seconds(t))).unwrap();
+            assert!((dt / 0.01 - 1.0).abs() < 1e-6, "{keep}: {dt}");
+        }
     }
 
     #[test]

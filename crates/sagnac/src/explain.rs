@@ -413,8 +413,14 @@ impl ExplainOutcome {
                 })
             })
             .collect();
-        let warnings: Vec<&String> = self.no_inverse.iter().collect();
-        json!({"model": self.name, "axes": axes, "warnings": warnings})
+        json!({"model": self.name, "axes": axes, "warnings": self.warnings()})
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let outside = self.is_temperature_outside.then(|| {
+            "the temperature is outside the model's range: the nearer end is taken".to_owned()
+        });
+        outside.into_iter().chain(self.no_inverse.clone()).collect()
     }
 
     /// The largest term of a sensor: axis, term, value.
@@ -460,11 +466,8 @@ impl ExplainOutcome {
     pub fn document(&self) -> Document {
         let mut out = Document::new();
         out.paragraph(self.verdict(false));
-        if self.is_temperature_outside {
-            out.warning("the temperature is outside the model's range: the nearer end is taken");
-        }
-        if let Some(why) = &self.no_inverse {
-            out.warning(why.clone());
+        for warning in self.warnings() {
+            out.warning(warning);
         }
         for sensor in Sensor::ALL {
             let unit = shown(sensor);

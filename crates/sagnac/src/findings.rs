@@ -94,7 +94,9 @@ pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
         let end = unlisted.iter().fold(end, |end, u| end.max(u.end_s));
         let at = clock(longest.span_s.map_or(0.0, |s| s.0));
         let total: f64 = group.iter().map(length).sum();
-        let total = if total >= 1.0 {
+        // Neighbouring ones of these are told as one, which spans sound samples as well.
+        let spans_sound = ["gap", "duplicate", "backwards", "nan"].contains(&longest.kind.as_str());
+        let total = if total >= 1.0 && !spans_sound {
             format!(", {} in all", duration(total.round()))
         } else {
             String::new()

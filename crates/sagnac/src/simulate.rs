@@ -307,6 +307,7 @@ fn plan(
     let asked_hz = request.rate_hz;
     let replaces_temperature = request.temperature.is_some();
     let mut plan = Plan {
+        label: String::new(),
         rate_hz: 100.0,
         samples: None,
         end_s: None,
@@ -377,6 +378,7 @@ fn plan(
                 let own = log.layout().rate_hz;
                 let stamps_dt_s = cadence.map(|cadence| cadence.dt_s);
                 plan.cadence = cadence;
+                label.clone_into(&mut plan.label);
                 let asked = asked_hz.or(own.filter(|_| stamps_dt_s.is_some()));
                 let own_dt = stamps_dt_s.or(own.map(|rate| 1.0 / rate));
                 plan.rate_hz = log_rate(asked, model_rate, own_dt, label, outcome);
@@ -415,7 +417,8 @@ fn plan(
                 // What is read to look at it is kept and handed on.
                 let reader = open()?;
                 let (kept, cadence) = Peeked::new(reader)?;
-                let channels = Channels::of(kept.layout())?;
+                let channels =
+                    Channels::of(kept.layout()).map_err(|error| error.at(label.clone()))?;
                 look(&mut plan, &kept, cadence, label);
                 let mut kept: Option<Box<dyn LogReader>> = Some(Box::new(kept));
                 *open = Box::new(move || {
@@ -425,7 +428,7 @@ fn plan(
                 return Ok((plan, channels));
             }
             let (mut kept, cadence) = Peeked::new(open()?)?;
-            let channels = Channels::of(kept.layout())?;
+            let channels = Channels::of(kept.layout()).map_err(|error| error.at(label.clone()))?;
             look(&mut plan, &kept, cadence, label);
             let mut block = Block::default();
             let (mut rows, mut clock) = (0, plan.clock());
@@ -437,7 +440,7 @@ fn plan(
                 }
             }
             if let Some(row) = clock.first_without_number() {
-                return Err(source::no_time(row));
+                return Err(source::no_time(row).at(label.clone()));
             }
             plan.samples = Some(rows);
             plan.end_s = end_s.filter(|end| *end > 0.0 && end.is_finite());

@@ -163,8 +163,11 @@ fn slope_of_the_parabola_undoes_the_tangential_size_effect_in_any_block() {
                 assert!((out[3 + axis][k] - t.specific_force[axis]).abs() < 1e-10);
             }
         }
+        // The interval is that of the first block's stamps, which differ by roundings.
         let same = first.get_or_insert_with(|| out.clone());
-        assert_eq!(*same, out, "block of {block}");
+        for (a, b) in same.iter().flatten().zip(out.iter().flatten()) {
+            assert!((a - b).abs() < 1e-12, "block of {block}: {a} {b}");
+        }
     }
 }
 

@@ -74,6 +74,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
 
 fn correct_log(args: &Args, log: &std::path::Path, context: &Context) -> Result<(), Error> {
     let format = WriteFormat::of_name(&args.output.display().to_string())?;
+    if args.flags && matches!(format, WriteFormat::Mcap | WriteFormat::Bag) {
+        return Err(Error::usage("sensor_msgs/Imu has no room for flags")
+            .at("--flags")
+            .advise("write .csv, .npy, .npz or .parquet, or leave --flags out"));
+    }
     let model = models::load(&args.model)?;
     let output = Output::claim(&args.output, "-o", args.force)?;
     let (mut reader, _) = args.reading.open_whole(log, format)?;

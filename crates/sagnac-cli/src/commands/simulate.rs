@@ -21,7 +21,7 @@ use sagnac::simulate::{MotionSource, SimulateRequest, Sinks, simulate as run_sim
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
 use crate::motion::{ReferenceOptions, temperature_profile};
-use crate::outputs::{Output, publish_all, refuse_without_room};
+use crate::outputs::{Output, publish_all, refuse_without_room, size};
 use crate::quantities::{positive, quantity};
 
 /// A log with every error of a sensor model: what it puts out at rest or in motion
@@ -308,9 +308,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .iter()
         .map(|name| match std::fs::metadata(name) {
             Ok(file) if file.is_file() && names.len() == 1 => {
-                format!("{name} ({}, {seconds:.2} s)", size(file.len()))
+                format!("{name} ({}, {seconds:.2} s)", size(file.len() as f64))
             }
-            Ok(file) if file.is_file() => format!("{name} ({})", size(file.len())),
+            Ok(file) if file.is_file() => format!("{name} ({})", size(file.len() as f64)),
             _ => name.clone(),
         })
         .collect();
@@ -331,17 +331,6 @@ fn least_row(format: WriteFormat, columns: usize) -> f64 {
         WriteFormat::Bag | WriteFormat::Mcap => 300.0,
         // Compressed: as good as nothing where nothing changes.
         _ => 0.01,
-    }
-}
-
-/// `40.3 MB`.
-fn size(bytes: u64) -> String {
-    let bytes = bytes as f64;
-    match bytes {
-        b if b < 1e3 => format!("{b} B"),
-        b if b < 1e6 => format!("{:.1} kB", b / 1e3),
-        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
-        b => format!("{:.2} GB", b / 1e9),
     }
 }
 

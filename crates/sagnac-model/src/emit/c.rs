@@ -56,6 +56,10 @@ fn header<T: Real>(plan: &Plan<T>) -> String {
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern \"C\" {{
+#endif
+
 /* One reading: rad/s, m/s^2, rad/s^2, degC. gyro_rate is the angular acceleration; zero where it is not known. */
 typedef struct {{
     {real} gyro[3];
@@ -74,6 +78,10 @@ typedef struct {{
 }} sagnac_corrected_{p};
 
 void sagnac_correct_{p}(const sagnac_raw_{p} *raw, sagnac_corrected_{p} *out);
+
+#ifdef __cplusplus
+}}
+#endif
 
 #endif
 "

@@ -4,7 +4,7 @@ use super::Reader;
 use crate::error::Error;
 use crate::model::{Model, Process, ThermalTerm};
 use crate::tree::{Member, Node};
-use sagnac_core::Sensor;
+use sagnac_core::{Output, Sensor};
 
 pub(super) fn all(reader: &Reader, root: &Node, model: &Model) -> Result<(), Error> {
     for sensor in Sensor::ALL {
@@ -14,6 +14,7 @@ pub(super) fn all(reader: &Reader, root: &Node, model: &Model) -> Result<(), Err
         instability(reader, table, sensor, model)?;
         white_noise(reader, table, sensor)?;
         thermal(reader, table, sensor)?;
+        resolution(reader, table, sensor, model)?;
     }
     Ok(())
 }
@@ -134,6 +135,25 @@ fn white_noise(reader: &Reader, table: &Node, sensor: Sensor) -> Result<(), Erro
         "noise_density_one_sided",
         &advice,
     )
+}
+
+/// A step of the output beyond its range leaves 0 alone.
+fn resolution(reader: &Reader, table: &Node, sensor: Sensor, model: &Model) -> Result<(), Error> {
+    let (Some(member), Ok(core)) = (member(table, "resolution"), model.to_core()) else {
+        return Ok(());
+    };
+    let triad = core.triad(sensor);
+    let is_rate = triad.resolution.output == Output::Rate;
+    let mut pairs = triad.resolution.lsb.iter().zip(&triad.range.limit);
+    if is_rate && pairs.any(|(lsb, limit)| lsb > limit) {
+        return Err(reader.in_table(
+            member.line,
+            sensor.key(),
+            "the resolution is coarser than the range: every output would be 0".to_owned(),
+            Some("look for a wrong unit in `resolution` or `range`".to_owned()),
+        ));
+    }
+    Ok(())
 }
 
 fn thermal(reader: &Reader, table: &Node, sensor: Sensor) -> Result<(), Error> {

@@ -1,14 +1,8 @@
 //! Angular acceleration from the rate: the slope at t_k of the parabola through samples k−1, k, k+1.
 //!
 //! At the ends of a stretch without gaps the first or last three; two samples: their difference;
-//! one: 0 (model.md §2). Rows more than 1.5 dt apart are not joined.
-
-/// Slope at `t` of the parabola through three points.
-fn parabola(t: [f64; 3], w: [f64; 3], at: f64) -> f64 {
-    let first = (w[1] - w[0]) / (t[1] - t[0]);
-    let second = (w[2] - w[1]) / (t[2] - t[1]);
-    first + (second - first) / (t[2] - t[0]) * ((at - t[0]) + (at - t[1]))
-}
+//! one: 0 (model.md §2). Rows more than 1.5 dt apart are not joined; those that are count as dt apart, because the scatter
+//! of stamps is that of their clock, not of the sampling.
 
 /// Slopes of `rate` at rows `rows` of the rows at hand; two rows on either side must be at hand,
 /// where the log has them.
@@ -29,18 +23,16 @@ pub fn slopes(
     for k in rows {
         let before = k > 0 && joined(k - 1);
         let after = joined(k);
-        let three = |first: usize| {
-            let part = |x: &[f64]| [x[first], x[first + 1], x[first + 2]];
-            parabola(part(time_s), part(rate), time_s[k])
-        };
-        let two =
-            |first: usize| (rate[first + 1] - rate[first]) / (time_s[first + 1] - time_s[first]);
         out.push(match (before, after) {
-            (true, true) => three(k - 1),
-            (false, true) if joined(k + 1) => three(k),
-            (false, true) => two(k),
-            (true, false) if k > 1 && joined(k - 2) => three(k - 2),
-            (true, false) => two(k - 1),
+            (true, true) => (rate[k + 1] - rate[k - 1]) / (2.0 * dt_s),
+            (false, true) if joined(k + 1) => {
+                (4.0 * (rate[k + 1] - rate[k]) - (rate[k + 2] - rate[k])) / (2.0 * dt_s)
+            }
+            (false, true) => (rate[k + 1] - rate[k]) / dt_s,
+            (true, false) if k > 1 && joined(k - 2) => {
+                (4.0 * (rate[k] - rate[k - 1]) - (rate[k] - rate[k - 2])) / (2.0 * dt_s)
+            }
+            (true, false) => (rate[k] - rate[k - 1]) / dt_s,
             (false, false) => 0.0,
         });
     }

@@ -41,6 +41,8 @@ pub(super) trait TruthSource {
 /// What both sources need to know.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
+    /// The log that the truth comes from, as it was given.
+    pub(super) label: String,
     pub(super) rate_hz: f64,
     /// `None` where the log does not tell its length before its end.
     pub(super) samples: Option<u64>,
@@ -286,7 +288,7 @@ impl LogSource {
                     .push(written.unwrap_or_else(|| self.plan.stamp(self.read)));
             }
             if let Some(row) = self.clock.first_without_number() {
-                return Err(no_time(row));
+                return Err(no_time(row).at(self.plan.label.clone()));
             }
             self.texts
                 .resize_with(self.block.texts.len(), Cells::default);
@@ -310,7 +312,8 @@ impl LogSource {
                         first + bad as u64 + 1
                     ))
                     .at(format!(
-                        "row {}, column {}",
+                        "{}, row {}, column {}",
+                        self.plan.label,
                         first + bad as u64 + 1,
                         channel.name
                     ))
