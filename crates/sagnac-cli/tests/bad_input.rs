@@ -220,9 +220,14 @@ fn time_that_tells_no_rate_is_named_with_its_file() {
     for (name, stamp, word) in [
         ("still.csv", "5", "time never advances"),
         ("none.csv", "nan", "no time stamp is a number"),
+        ("back.csv", "", "time only runs backwards"),
     ] {
+        let stamp = |k: i32| match stamp {
+            "" => (500 - k).to_string(),
+            same => same.to_owned(),
+        };
         let body: String = (0..200)
-            .map(|k| format!("{stamp},{},1,2\n", k % 7))
+            .map(|k| format!("{},{},1,2\n", stamp(k), k % 7))
             .collect();
         fs::write(folder.path().join(name), format!("{HEADER}{body}")).unwrap();
         for command in ["info", "allan"] {

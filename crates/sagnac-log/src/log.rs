@@ -79,11 +79,18 @@ impl Log {
                 (0 | 1, _) => "the log has one sample, which has no rate",
                 (_, 0) => "no time stamp is a number",
                 (_, 1) => "one time stamp alone is a number",
+                _ if crate::clock::steps(&self.stamps).iter().any(|s| *s < 0.0) => {
+                    "time only runs backwards"
+                }
                 _ => "time never advances",
             };
             Error::data(what)
                 .at("time")
-                .advise("add --rate, for instance --rate 100Hz")
+                .advise(if what.ends_with("backwards") {
+                    "sort the rows by time, or add --rate, for instance --rate 100Hz"
+                } else {
+                    "add --rate, for instance --rate 100Hz"
+                })
         })
     }
 
