@@ -14,9 +14,9 @@ use super::select::{self, GAUSS_MARKOV_THRESHOLD, RAMP_THRESHOLD};
 use super::types::{Candidates, FitOptions, Segment};
 use realfft::RealFftPlanner;
 
-/// 2 ln of the likelihood averaged over all places, from which a step is named. White noise leaves few places to choose
-/// from, a walk many: the average names 0.15 % of axes of either, where the largest ratio of that share is 17 and 22.
-const STEP_EVIDENCE: f64 = 9.0;
+/// 2 ln of the likelihood averaged over all places, from which a step is named: white noise leaves few places to choose
+/// from, a long walk many, and the average counts them. `HEALTH.md` has the shares.
+const STEP_EVIDENCE: f64 = 8.0;
 /// The same of a warm-up, whose time alone is free, as of a ramp.
 const WARM_UP_THRESHOLD: f64 = 11.0;
 /// Shortest time of a warm-up; the longest is a quarter of the log.

@@ -25,6 +25,8 @@ use super::types::{
 use realfft::RealFftPlanner;
 
 const MOST_LINES: usize = 24;
+/// Where the band ends below this u, a quarter of Nyquist, quantization cannot be told from white noise.
+const QUANTIZATION_FROM: f64 = 0.125;
 /// Below this duration B, K, R and Gauss–Markov terms are bounded only.
 pub(super) const SHORT_S: f64 = 100.0;
 /// Likelihood ratio from which a B or K with too few coefficients is told of: 0.1 % of absent ones reach it. Below, it is
@@ -184,7 +186,7 @@ pub(super) fn prepare(
         candidates.gauss_markov = 0;
     }
 
-    // Lines, then a filter's corner.
+    // Lines, then a filter's corner, then lines below it alone.
     let mut grown;
     let mut rounds = 0;
     loop {
@@ -195,14 +197,27 @@ pub(super) fn prepare(
         if candidates.sinusoids && rounds <= 8 && take_lines(&mut work, &grown.0.parameters) {
             continue;
         }
-        if options.data_checks
-            && work.cut >= 0.5
-            && let Some(cut) = checks::filter_corner(&work, &problem, &grown.0, &candidates)
-        {
-            work.cut = cut;
-            continue;
+        if !options.data_checks {
+            break;
         }
-        break;
+        if work.cut < 0.5 {
+            let Some(cut) = checks::lower_corner(&work, &problem, &grown.0) else {
+                break;
+            };
+            work.cut = cut;
+        } else if let Some(cut) = checks::filter_corner(&work, &problem, &grown.0, &candidates) {
+            // What stood above the fit of the whole spectrum was no line: that fit is void.
+            if let Some(anew) = transform(&segments, data.step_s, samples) {
+                work = anew;
+            }
+            work.cut = cut;
+            rounds = 0;
+        } else {
+            break;
+        }
+        if work.cut < QUANTIZATION_FROM {
+            candidates.quantization = false;
+        }
     }
     let (active, grown, problem) = regressors(
         &work,
@@ -302,7 +317,7 @@ pub(super) fn spectrum_at(parameters: &Parameters, u: f64) -> f64 {
     s
 }
 
-/// Looks for lines above the fit; whether any was taken out.
+/// Looks for lines above the fit, below the cut; whether any was taken out.
 fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
     let mut any = false;
     let mut lines = std::mem::take(&mut work.lines);
@@ -316,8 +331,10 @@ fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
             .spans(s)
             .map(|(first, end)| {
                 let u = 0.5 * (first + end - 1) as f64 / (2.0 * n as f64);
-                (first, end, spectrum_at(parameters, u).max(1e-300))
+                (first, end, u, spectrum_at(parameters, u).max(1e-300))
             })
+            .filter(|level| level.2 <= work.cut)
+            .map(|(first, end, _, level)| (first, end, level))
             .collect();
         let found = lines::take_out(&mut work.segments[s], &levels, MOST_LINES);
         any |= !found.is_empty();
@@ -495,14 +512,14 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         .collect();
     if work.cut < 0.5 {
         let corner = work.cut / work.step_s;
-        findings.push(whole_log(
-            FindingKind::Filtered,
-            Some(corner),
-            format!(
-                "not white above {} Hz: those frequencies leave the fit, white noise is from below",
-                checks::digits(corner)
-            ),
-        ));
+        let mut text = format!(
+            "not white above {} Hz: those frequencies leave the fit, white noise is from below",
+            checks::digits(corner)
+        );
+        if options.candidates.quantization && !candidates.quantization {
+            text += "; quantization noise cannot be looked for there";
+        }
+        findings.push(whole_log(FindingKind::Filtered, Some(corner), text));
     }
     let regressors = describe(&work, &active, &best);
     findings.extend(checks::regressor_findings(

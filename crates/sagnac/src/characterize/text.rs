@@ -464,6 +464,7 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
                 unfit.join(" and ")
             );
         }
+        text.push_str(&weak_lines(&axes));
         sentences.push(text);
     }
     sentences.join(" ")
@@ -576,6 +577,30 @@ fn joined_numbers(group: &[&Issue], head: &str) -> Option<String> {
         numbers.push(number);
     }
     Some(format!("{head}{} {}", numbers.join(", "), unit?))
+}
+
+/// Lines too weak for a warning; they are fitted and written as the others.
+fn weak_lines(axes: &[&AxisOutcome]) -> String {
+    let found: Vec<String> = axes
+        .iter()
+        .flat_map(|a| {
+            let lines = a.estimate.iter().flat_map(|e| &e.sinusoids);
+            lines
+                .filter(|line| line.share_of_white <= 0.1)
+                .filter_map(|line| line.frequency_hz.value)
+                .map(|f| format!("{} Hz on {}", general(f, 4), ["x", "y", "z"][a.index]))
+        })
+        .collect();
+    match found.as_slice() {
+        [] => String::new(),
+        [one] => format!(" A weak line stands at {one}."),
+        all if all.len() <= 4 => format!(" Weak lines stand at {}.", all.join(", ")),
+        all => format!(
+            " Weak lines stand at {} and {} more.",
+            all[..4].join(", "),
+            all.len() - 4
+        ),
+    }
 }
 
 fn lines_text(group: &[&Issue]) -> String {
