@@ -1,6 +1,8 @@
 //! Bad input to the built program: one sentence on standard error, exit 1 or 2, nothing written, no panic.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
@@ -8,20 +10,9 @@ use std::path::Path;
 use std::process::{Output, Stdio};
 
 use assert_cmd::Command;
+use common::{flat, sentences};
 
 const HEADER: &str = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]\n";
-
-/// Lines of an error that are no continuation of the one before: what, where, what to do.
-fn sentences(said: &str) -> usize {
-    said.lines()
-        .filter(|line| !line.starts_with("    "))
-        .count()
-}
-
-/// Text as if it had not been folded.
-fn flat(said: &str) -> String {
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 fn rows(from: usize, to: usize) -> String {
     (from..to).fold(String::new(), |mut text, k| {

@@ -1,6 +1,9 @@
 //! Tables and schedules that no calibration can use: one sentence that says what to add, exit 1 or 2, nothing written.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::{flat, sentences};
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
@@ -14,18 +17,6 @@ const FACES: [(&str, [f64; 3]); 6] = [
     ("+z", [0.02, 0.01, 9.85]),
     ("-z", [0.02, 0.01, -9.79]),
 ];
-
-/// Lines of an error that are no continuation of the one before: what, where, what to do.
-fn sentences(said: &str) -> usize {
-    said.lines()
-        .filter(|line| !line.starts_with("    "))
-        .count()
-}
-
-/// Text as if it had not been folded.
-fn flat(said: &str) -> String {
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 fn faces() -> String {
     let mut out = HEADER.to_owned();

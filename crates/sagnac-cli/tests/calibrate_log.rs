@@ -1,25 +1,16 @@
 //! `calibrate multi-position` and `calibrate thermal` as commands: what they write, and what they refuse in one sentence.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
 use assert_cmd::Command;
+use common::{flat, sentences};
 
 const G: f64 = 9.80665;
 const RATE: usize = 100;
-
-/// Lines of an error that are no continuation of the one before: what, where, what to do.
-fn sentences(said: &str) -> usize {
-    said.lines()
-        .filter(|line| !line.starts_with("    "))
-        .count()
-}
-
-/// Text as if it had not been folded.
-fn flat(said: &str) -> String {
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 /// A reproducible number in (−0.5, 0.5).
 fn noise(state: &mut u64) -> f64 {

@@ -2,23 +2,14 @@
 //! nothing written, no panic; and answers that must name what they lack.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::{flat, sentences};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
 const PATH_HEADER: &str = "time [s],latitude [deg],longitude [deg],height [m]\n";
-
-/// Lines of an error that are no continuation of the one before: what, where, what to do.
-fn sentences(said: &str) -> usize {
-    said.lines()
-        .filter(|line| !line.starts_with("    "))
-        .count()
-}
-
-/// Text as if it had not been folded.
-fn flat(said: &str) -> String {
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 fn sagnac(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_sagnac"))

@@ -2,12 +2,15 @@
 //! flagged in one sentence, nothing half written), the same bytes for any number of threads, the round trip.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
+use common::{flat, sentences};
 
 const MODEL: &str = r#"name = "Part"
 sample_rate = "100 Hz"
@@ -38,18 +41,6 @@ x = ["10 mm", "0 mm", "0 mm"]
 
 const HEADER: &str = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s],\
 accel_x [m/s^2],accel_y [m/s^2],accel_z [m/s^2],temperature [degC]";
-
-/// Lines of an error that are no continuation of the one before: what, where, what to do.
-fn sentences(said: &str) -> usize {
-    said.lines()
-        .filter(|line| !line.starts_with("    "))
-        .count()
-}
-
-/// Text as if it had not been folded.
-fn flat(said: &str) -> String {
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 fn sagnac(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_sagnac"))

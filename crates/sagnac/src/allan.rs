@@ -16,6 +16,7 @@ mod json;
 mod plot;
 mod strided;
 mod text;
+pub(crate) use text::capitalized;
 
 use std::collections::VecDeque;
 
