@@ -21,8 +21,9 @@ use sagnac_analysis::fit::{
 use sagnac_analysis::{Curve, Deviation, TauGrid, compare, deviations};
 use sagnac_core::Sensor;
 use sagnac_log::health::{self, Health, HealthOptions};
-use sagnac_log::{Issue, Log};
+use sagnac_log::{Issue, Layout, Log};
 use sagnac_model::Model;
+use sagnac_report::text::{duration, general};
 
 pub use json::estimate_json;
 pub use page::PageFacts;
@@ -291,15 +292,28 @@ fn one_log(
         format: named.log.layout.format.clone(),
         samples: named.log.rows,
         rate_hz: 1.0 / health.dt_s,
-        duration_s: named.log.rows as f64 * health.dt_s,
+        duration_s: health.duration_s,
         first_s: health.first_s,
         issues: health.issues.clone(),
-        notes: named.log.layout.notes.clone(),
+        notes: notes(&named.log.layout, health),
         axes,
         temperature_c,
     };
     findings::add(&mut outcome, health.dt_s, model);
     Ok(outcome)
+}
+
+/// What the reader said, and stamps too coarse to tell the rate by.
+fn notes(layout: &Layout, health: &Health<'_>) -> Vec<String> {
+    let mut notes = layout.notes.clone();
+    if let Some(step_s) = health.stamp_step_s.filter(|_| layout.rate_hz.is_none()) {
+        notes.push(format!(
+            "rate {} Hz from time stamps in coarse steps of {}; give --rate if you know it",
+            general(1.0 / health.dt_s, 6),
+            duration(step_s)
+        ));
+    }
+    notes
 }
 
 fn one_axis(

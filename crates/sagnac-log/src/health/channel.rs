@@ -540,6 +540,23 @@ pub(crate) fn non_stationary_issues(
             .iter_mut()
             .for_each(|b| (b.0, b.1) = (0, 0.0));
     }
+    // Parts that are most of the log together are the rest: what differs is what they leave.
+    let marked = |k: usize| flagged.iter().any(|f| (f.0..f.1).contains(&k));
+    if 2 * (0..STEPS).filter(|&k| marked(k)).count() > STEPS {
+        let others: Vec<usize> = (0..STEPS).filter(|&k| !marked(k)).collect();
+        let mut parts: Vec<(usize, usize, f64)> = others
+            .chunk_by(|a, b| a + 1 == *b)
+            .map(|run| (run[0], run[0] + run.len()))
+            .filter_map(|(from, to)| {
+                let part = sum(&bins[from..to]);
+                Some((from, to, differs(part, without(all, part))?))
+            })
+            .collect();
+        if parts.is_empty() {
+            parts.extend(flagged.first());
+        }
+        flagged = parts;
+    }
     flagged.sort_by_key(|f| f.0);
     let first = clock.absolute(0);
     for (from, to, ratio) in flagged {
