@@ -119,7 +119,7 @@ def dataflash(n):
         yield rows.tobytes()
 
 
-FORMATS = {"bag": (bag, 387), "mcap": (mcap, 347), "ulog": (ulog, 43), "dataflash": (dataflash, 40)}
+FORMATS = {"bag": (bag, 361.2), "mcap": (mcap, 347), "ulog": (ulog, 41), "dataflash": (dataflash, 40)}
 
 
 def stream(name, make, size):

@@ -15,6 +15,7 @@ import tempfile
 
 import h5py
 import numpy as np
+import pyarrow.ipc
 import pyarrow.parquet as pq
 import scipy.io
 import scipy.signal
@@ -176,6 +177,11 @@ for name in ("contiguous.h5", "filters.h5", "version108.h5", "latest.h5", "odd_c
 for name in ("snappy.parquet", "zstd.parquet", "gzip_v2.parquet"):
     def columns(p):
         t = pq.read_table(p)
+        return t["stamp"].cast("int64").to_numpy(), np.array([t[f"{w}_{a}"] for w in ("gyr", "acc") for a in "xyz"]).T
+    check(arrays / name, columns, "--columns", flat.replace(":ns", ""))
+for name in ("plain.arrow", "lz4.arrow", "zstd.arrows"):
+    def columns(p):
+        t = (pyarrow.ipc.open_stream if p.suffix == ".arrows" else pyarrow.ipc.open_file)(p).read_all()
         return t["stamp"].cast("int64").to_numpy(), np.array([t[f"{w}_{a}"] for w in ("gyr", "acc") for a in "xyz"]).T
     check(arrays / name, columns, "--columns", flat.replace(":ns", ""))
 broad, rate = "gyro=imu_gyr:rad/s, accel=imu_acc:m/s^2", ("--rate", "285.7142857142857 Hz")

@@ -1,4 +1,4 @@
-"""The small MATLAB, HDF5 and Parquet files of testdata/arrays: one log in every layout that the readers know.
+"""The small MATLAB, HDF5, Parquet and Arrow files of testdata/arrays: one log in every layout that the readers know.
 
     python tools/make_arrays.py testdata/arrays
 
@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pyarrow as pa
+import pyarrow.feather as feather
 import pyarrow.parquet as pq
 import scipy.io
 
@@ -90,3 +91,20 @@ for name, options in [
                              column_encoding={"t": "BYTE_STREAM_SPLIT", "stamp": "DELTA_BINARY_PACKED"})),
 ]:
     pq.write_table(table, out / name, **options)
+
+# Before the numbers stand columns that are none, of every number of buffers.
+odd = dict(
+    word=pa.array(["x"] * n), many=pa.array([[1, 2]] * n), kind=pa.array(["a", "b"] * (n // 2)).dictionary_encode(),
+    nothing=pa.nulls(n), view=pa.array(["longer than twelve bytes"] * n, pa.string_view()),
+    pair=pa.array([[1.0, 2.0]] * n, pa.list_(pa.float64(), 2)))
+feather.write_feather(table, out / "plain.arrow", compression="uncompressed")
+feather.write_feather(table, out / "lz4.arrow", compression="lz4", chunksize=17)
+mixed = pa.table(odd | {c: table[c] for c in table.column_names})
+with pa.ipc.new_stream(out / "zstd.arrows", mixed.schema, options=pa.ipc.IpcWriteOptions(compression="zstd")) as f:
+    f.write_table(mixed, max_chunksize=23)
+parts = {c: table[c].combine_chunks() for c in table.column_names if c != "t"}
+parts["gyr_x"] = pa.array(gyr[:, 0], mask=k % 7 == 3)
+imu = pa.StructArray.from_arrays(list(parts.values()), list(parts), mask=pa.array(k % 11 == 5))
+nested = pa.table({"imu": imu, "t": t})
+with pa.ipc.new_file(out / "nested.arrow", nested.schema) as f:
+    f.write_table(nested)

@@ -227,6 +227,12 @@ pub(crate) fn readers() -> Vec<Reader> {
             found(&["snappy.parquet", "zstd.parquet", "v2.parquet"], vec![]),
             file,
         ),
+        reader(
+            "arrow",
+            triads,
+            found(&["plain.arrow", "lz4.arrow", "zstd.arrows"], vec![]),
+            file,
+        ),
         reader("hdf5", paths, found(&[".h5"], vec![]), file),
     ]
 }

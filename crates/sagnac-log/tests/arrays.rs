@@ -1,4 +1,4 @@
-//! MATLAB, HDF5 and Parquet: one log in every layout (testdata/arrays, made by tools/make_arrays.py with SciPy, h5py
+//! MATLAB, HDF5, Parquet and Arrow: one log in every layout (testdata/arrays, made by tools/make_arrays.py with SciPy, h5py
 //! and pyarrow), and real recordings against the numbers of their data set.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
@@ -101,6 +101,45 @@ fn parquet_files_are_read_in_every_layout() {
         "time=t:s, gyro=gyr:rad/s, accel=acc:m/s^2",
         "time=stamp, gyro=gyr:rad/s, accel=acc:m/s^2",
     );
+}
+
+#[test]
+fn arrow_files_are_read_in_every_layout() {
+    in_every_layout(
+        &["plain.arrow", "lz4.arrow", "zstd.arrows"],
+        "time=t:s, gyro=gyr:rad/s, accel=acc:m/s^2",
+        "time=stamp, gyro=gyr:rad/s, accel=acc:m/s^2",
+    );
+}
+
+#[test]
+fn nulls_of_arrow_columns_are_no_numbers() {
+    let columns = "time=t:s, gyro=imu.gyr_x,imu.gyr_y,imu.gyr_z:rad/s";
+    let log = read(file(&small("nested.arrow")), &options(columns, None)).unwrap();
+    assert_eq!(log.rows, 60);
+    for k in 0..60 {
+        // Null by itself, or with all that it is nested with.
+        let (own, whole) = (k % 7 == 3, k % 11 == 5);
+        let values = ["gyro_x", "gyro_y"].map(|c| log.channel(c).unwrap()[k]);
+        assert_eq!(values.map(f64::is_nan), [own || whole, whole], "{k}");
+        if !whole {
+            assert_eq!(values[1], (k as f64 + 1000.0) / 8.0);
+        }
+    }
+}
+
+#[test]
+fn a_cut_arrow_file_gives_its_whole_batches() {
+    let bytes = std::fs::read(small("lz4.arrow")).unwrap();
+    let columns = "time=t:s, gyro=gyr:rad/s";
+    let read_cut = |length: usize| {
+        let source = Source::memory("cut.arrow", bytes[..length].to_vec());
+        read(source, &options(columns, None))
+    };
+    let log = read_cut(bytes.len() * 6 / 10).unwrap();
+    assert!(log.rows > 0 && log.rows < 60 && log.rows % 17 == 0);
+    assert!(log.layout.notes.iter().any(|n| n.contains("cut off")));
+    assert!(read_cut(900).is_err());
 }
 
 /// Means and rows of real recordings, as their READMEs give them.

@@ -1,6 +1,7 @@
 //! Formats are recognized by their first bytes, never by a name alone.
 
 mod arrays;
+mod arrow;
 mod bag;
 mod chunked;
 mod dataflash;
@@ -55,6 +56,11 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
         Box::new(npz::open(input.bytes, packed)?)
     } else if input.head.starts_with(b"PAR1") {
         parquet_file(input.bytes, packed)?
+    } else if input.head.starts_with(arrow::MAGIC) || arrow::is_stream(&input.head) {
+        Box::new(arrow::Arrow::open(input.bytes, &input.head, packed)?)
+    } else if input.head.starts_with(arrow::FEATHER_1) {
+        return Err(Error::data("Feather version 1 is not read")
+            .advise("write the file again as version 2, which is Arrow's own"));
     } else if let Some(at) = hdf5::recognize(&input.head) {
         Box::new(hdf5::open(input.bytes, &input.head, at, packed)?)
     } else if mat::recognize(&input.head) {

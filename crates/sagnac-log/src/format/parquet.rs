@@ -17,15 +17,12 @@ use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReade
 use parquet::schema::types::ColumnDescriptor;
 
 use super::part::{Part, Shared};
-use super::table::{ROWS, begin};
+use super::table::{MOST_COLUMNS, ROWS, Sink, begin, left_out_note};
 use crate::input::InputBytes;
 use crate::map::columns::clip;
 use crate::map::raw::{Plan, RawColumn, RawLayout, RawReader};
-use crate::text::{grouped, name_and_unit};
+use crate::text::name_and_unit;
 use crate::{Block, Error};
-
-/// More columns than any log has.
-const MOST_COLUMNS: usize = 4096;
 
 /// The file as the decoder asks for it.
 struct Pieces {
@@ -158,19 +155,6 @@ impl Parquet {
                 ..RawColumn::default()
             });
         }
-        let mut notes = Vec::new();
-        if !left_out.is_empty() {
-            let more = left_out.len().saturating_sub(20) as u64;
-            left_out.truncate(20);
-            let tail = match more {
-                0 => String::new(),
-                n => format!(" and {} more", grouped(n)),
-            };
-            notes.push(format!(
-                "no columns of numbers, and left out: {}{tail}",
-                left_out.join(", ")
-            ));
-        }
         let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
         if rows == 0 || columns.is_empty() {
             return Err(Error::data("the file holds no rows of numbers"));
@@ -182,7 +166,7 @@ impl Parquet {
                 has_names: true,
                 samples: Some(rows),
                 header_place: Some("schema".to_owned()),
-                notes,
+                notes: left_out_note(left_out).into_iter().collect(),
                 ..RawLayout::default()
             },
             file,
@@ -252,14 +236,9 @@ impl RawReader for Parquet {
             return Ok(false);
         }
         let n = self.left.min(ROWS as u64) as usize;
-        let stamps = usize::from(self.plan.time.is_some());
         for (k, wanted) in self.wanted.iter_mut().enumerate() {
             let place = || format!("column {}", wanted.column);
-            let mut sink = Sink {
-                stamps: (k < stamps).then_some(&mut block.stamps),
-                column: block.columns.get_mut(k.wrapping_sub(stamps)),
-                kind: self.plan.time.map(|t| t.1),
-            };
+            let mut sink = Sink::new(block, &self.plan, k);
             let (levels, most) = (&mut wanted.levels, wanted.most_defined);
             let unsigned = wanted.unsigned;
             let result = guarded(|| match &mut wanted.reader {
@@ -301,32 +280,6 @@ impl RawReader for Parquet {
         self.left -= n as u64;
         block.rows = n;
         Ok(true)
-    }
-}
-
-/// Where a column's values go.
-struct Sink<'a> {
-    stamps: Option<&'a mut crate::Stamps>,
-    column: Option<&'a mut Vec<f64>>,
-    kind: Option<crate::text::number::TimeKind>,
-}
-
-impl Sink<'_> {
-    #[inline]
-    fn whole(&mut self, value: Option<i64>) {
-        self.put(value, value.map_or(f64::NAN, |v| v as f64));
-    }
-
-    #[inline]
-    fn put(&mut self, whole: Option<i64>, value: f64) {
-        if let (Some(stamps), Some(kind)) = (&mut self.stamps, self.kind) {
-            stamps.push(match whole {
-                Some(i) => kind.of_integer(i),
-                None => kind.of_float(value),
-            });
-        } else if let Some(column) = &mut self.column {
-            column.push(value);
-        }
     }
 }
 

@@ -1,11 +1,14 @@
-//! What message formats share: the columns of an inertial message, the choice of a topic, rows to a block.
+//! What message and column formats share: the columns of an inertial message, the choice of a topic, values to a block.
 
 use crate::map::raw::{Plan, RawColumn};
+use crate::text::grouped;
 use crate::text::number::TimeKind;
 use crate::{Block, Error, ReadOptions, Topic};
 
 /// Rows handed out at once.
 pub(crate) const ROWS: usize = 1 << 13;
+/// More columns than any log has.
+pub(crate) const MOST_COLUMNS: usize = 4096;
 
 /// A column that is a channel by the format's definition.
 pub(crate) fn column(channel: &str, unit: &str) -> RawColumn {
@@ -56,6 +59,54 @@ pub(crate) fn push(block: &mut Block, plan: &Plan, time: i64, values: &[f64]) {
 pub(crate) fn begin(block: &mut Block, plan: &Plan) {
     block.clear();
     block.columns.resize_with(plan.columns.len(), Vec::new);
+}
+
+/// Where a column's values go.
+pub(crate) struct Sink<'a> {
+    stamps: Option<&'a mut crate::Stamps>,
+    column: Option<&'a mut Vec<f64>>,
+    kind: Option<TimeKind>,
+}
+
+impl<'a> Sink<'a> {
+    /// Of the plan's column `k`, where time, if wanted, is the first.
+    pub(crate) fn new(block: &'a mut Block, plan: &Plan, k: usize) -> Self {
+        let stamps = usize::from(plan.time.is_some());
+        Self {
+            stamps: (k < stamps).then_some(&mut block.stamps),
+            column: block.columns.get_mut(k.wrapping_sub(stamps)),
+            kind: plan.time.map(|t| t.1),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn whole(&mut self, value: Option<i64>) {
+        self.put(value, value.map_or(f64::NAN, |v| v as f64));
+    }
+
+    #[inline]
+    pub(crate) fn put(&mut self, whole: Option<i64>, value: f64) {
+        if let (Some(stamps), Some(kind)) = (&mut self.stamps, self.kind) {
+            stamps.push(match whole {
+                Some(i) => kind.of_integer(i),
+                None => kind.of_float(value),
+            });
+        } else if let Some(column) = &mut self.column {
+            column.push(value);
+        }
+    }
+}
+
+/// That columns of no numbers are left out.
+pub(crate) fn left_out_note(mut left_out: Vec<String>) -> Option<String> {
+    let more = left_out.len().saturating_sub(20) as u64;
+    left_out.truncate(20);
+    let tail = match more {
+        0 => String::new(),
+        n => format!(" and {} more", grouped(n)),
+    };
+    let names = left_out.join(", ");
+    (!names.is_empty()).then(|| format!("no columns of numbers, and left out: {names}{tail}"))
 }
 
 /// Index of the topic to read: the one asked for, or the only inertial one.
