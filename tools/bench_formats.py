@@ -5,6 +5,7 @@
 
 Without --stream: a file of about 1 GB a format in the page cache, read three times by one thread, the best given. With it: so many
 GB of each format go through a pipe, made as they are read, and the peak resident memory is printed: it must not grow with the length.
+Formats that are read by place are files of so many GB of values: sparse (HDF5, .npy) or of packed, equal batches (Arrow, Parquet).
 """
 import json
 import os
@@ -135,6 +136,46 @@ def stream(name, make, size):
     assert said["rows"] >= n
 
 
+def sparse_npy(path, n):
+    with open(path, "wb") as f:
+        np.lib.format.write_array_header_1_0(f, dict(descr="<f8", fortran_order=False, shape=(n, 6)))
+        f.truncate(f.tell() + 48 * n)
+
+
+def sparse_hdf5(path, n):
+    import h5py
+    with h5py.File(path, "w") as f:
+        f.create_dataset("gyr", (n, 3), "f8")[-1] = 1.0
+        f.create_dataset("acc", (n, 3), "f8")[-1] = 1.0
+
+
+def batches(path, n, per=1 << 17):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+    table = pa.table({f"{w}_{a} [{u}]": np.arange(per) * 1e-3 for w, u in (("gyro", "rad/s"), ("accel", "m/s^2")) for a in "xyz"})
+    with (pq.ParquetWriter(path, table.schema, compression="zstd") if path.suffix == ".parquet" else
+          pa.ipc.new_file(path, table.schema, options=pa.ipc.IpcWriteOptions(compression="zstd"))) as f:
+        for _ in range(-(-n // per)):
+            f.write_table(table)
+
+
+BY_PLACE = {
+    "npy": (sparse_npy, "accel=0,1,2:m/s^2, gyro=3,4,5:rad/s"), "h5": (sparse_hdf5, "gyro=gyr:rad/s, accel=acc:m/s^2"),
+    "arrow": (batches, None), "parquet": (batches, None)}
+
+
+def by_place(name, make, columns):
+    n = int(GB * 1e9 / 48)
+    with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
+        path = pathlib.Path(folder) / f"log.{name}"
+        make(path, n)
+        start = time.time()
+        options = (["--columns", columns] if columns else []) + ["--rate", "100"]
+        said = json.loads(subprocess.check_output([PROGRAM, path, *options]))
+    print(f"| {name} | {48 * said['rows'] / 1e9:.1f} | {said['rows']:,} | {said['peak']} | {time.time() - start:.0f} |", flush=True)
+    assert said["rows"] >= n
+
+
 def peers(name, path):
     """Messages a second of rosbags, decoded as it does."""
     from rosbags.rosbag1 import Reader as Bag
@@ -173,6 +214,10 @@ print("| format | GB | messages | peak memory | s |\n|---|---|---|---|---|" if G
 for name, (make, size) in FORMATS.items():
     if ONLY in (None, name):
         stream(name, make, size) if GB else cached(name, make, size)
+if GB:
+    for name, (make, columns) in BY_PLACE.items():
+        if ONLY in (None, name):
+            by_place(name, make, columns)
 if not GB:
     # rosbags reads recordings that were closed: ours, converted.
     sagnac = os.environ.get("SAGNAC", "target/release/sagnac")

@@ -1,4 +1,5 @@
-//! Reads a log to its end and says how fast and in how much memory: `throughput FILE [--columns LIST]`, `-` for a pipe.
+//! Reads a log to its end and says how fast and in how much memory: `throughput FILE [--columns LIST] [--rate HZ]`, `-` for a
+//! pipe.
 #![allow(clippy::print_stdout, reason = "an example that prints")]
 
 use std::fs::File;
@@ -12,6 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let value = |key: &str| words.iter().skip_while(|w| *w != key).nth(1).cloned();
     let options = ReadOptions {
         columns: value("--columns"),
+        rate_hz: value("--rate").map(|r| r.parse()).transpose()?,
         any_topic: true,
         threads: 1,
         ..ReadOptions::default()

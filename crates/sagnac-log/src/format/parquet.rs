@@ -36,11 +36,35 @@ impl Length for Pieces {
     }
 }
 
+/// A part of the file that fails after some reads at its end: the decoder skips what a damaged header promises, up to 2^31
+/// strings that are not there, one by one.
+struct Ending {
+    part: Part,
+    reads_left: u32,
+}
+
+impl Read for Ending {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let got = self.part.read(buffer)?;
+        if got == 0 && !buffer.is_empty() {
+            self.reads_left = self
+                .reads_left
+                .checked_sub(1)
+                .ok_or(std::io::ErrorKind::UnexpectedEof)?;
+        }
+        Ok(got)
+    }
+}
+
 impl ChunkReader for Pieces {
-    type T = BufReader<Part>;
+    type T = BufReader<Ending>;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
-        Ok(BufReader::with_capacity(1 << 16, self.file.from(start)))
+        let ending = Ending {
+            part: self.file.from(start),
+            reads_left: 64,
+        };
+        Ok(BufReader::with_capacity(1 << 16, ending))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
