@@ -139,6 +139,7 @@ fn main() {
             [Segment {
                 start_s: 0.0,
                 samples,
+                filled: &[],
             }]
         };
         let (segments, temperature) = (of(samples), of(temperatures));

@@ -26,6 +26,7 @@ fn a_moving_average_biases_no_white_level_and_makes_no_lines() {
         let segments = [Segment {
             start_s: 0.0,
             samples: &samples,
+            filled: &[],
         }];
         let data = AxisData {
             segments: &segments,

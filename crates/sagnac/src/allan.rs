@@ -220,7 +220,7 @@ fn exact(log: &Log, axes: &[usize], request: &AllanRequest) -> Result<AllanOutco
         estimate: Estimate::Exact,
         axes: Vec::with_capacity(axes.len()),
         issues: health.issues.clone(),
-        notes: log.layout.notes.clone(),
+        notes: [log.layout.notes.as_slice(), &health.notes].concat(),
     };
     let mut problem = None;
     for &k in axes {
@@ -237,7 +237,7 @@ fn exact(log: &Log, axes: &[usize], request: &AllanRequest) -> Result<AllanOutco
             windows: None,
         };
         outcome.segments = outcome.segments.max(sound.segments.len());
-        if let Err(error) = fill(&mut axis, sound, health.dt_s, request) {
+        if let Err(error) = fill(&mut axis, sound, sound.step_s, request) {
             problem.get_or_insert((channel.name.clone(), error));
         }
         outcome.axes.push(axis);

@@ -240,6 +240,7 @@ fn temperature_of<'a>(health: &'a Health<'_>, channel: usize) -> Option<Vec<Segm
         out.push(Segment {
             start_s: segment.start_s,
             samples,
+            filled: &segment.filled,
         });
     }
     Some(out)
@@ -254,6 +255,7 @@ fn segments_of<'a>(health: &'a Health<'_>, channel: usize) -> Vec<Segment<'a>> {
             Some(Segment {
                 start_s: s.start_s,
                 samples,
+                filled: &s.filled,
             })
         })
         .filter(|s| !s.samples.is_empty() && s.samples.iter().all(|y| y.is_finite()))
@@ -303,9 +305,9 @@ fn one_log(
     Ok(outcome)
 }
 
-/// What the reader said, and stamps too coarse to tell the rate by.
+/// What the reader and the health check said, and stamps too coarse to tell the rate by.
 fn notes(layout: &Layout, health: &Health<'_>) -> Vec<String> {
-    let mut notes = layout.notes.clone();
+    let mut notes = [layout.notes.as_slice(), &health.notes].concat();
     if let Some(step_s) = health.stamp_step_s.filter(|_| layout.rate_hz.is_none()) {
         notes.push(format!(
             "rate {} Hz from time stamps in coarse steps of {}; give --rate if you know it",
@@ -331,14 +333,14 @@ fn one_axis(
             &AxisData {
                 segments: &segments,
                 temperature: temperature.as_deref(),
-                step_s: health.dt_s,
+                step_s: own.step_s,
                 lsb: own.lsb,
             },
             options,
         )
     });
     let slices: Vec<&[f64]> = segments.iter().map(|s| s.samples).collect();
-    let allan = deviations(&slices, health.dt_s, Deviation::Oadev, &TauGrid::Default).ok();
+    let allan = deviations(&slices, own.step_s, Deviation::Oadev, &TauGrid::Default).ok();
     let fit_deviation = match (&allan, &estimate) {
         (Some(curve), Some(e)) => curve
             .tau_s
@@ -462,7 +464,7 @@ fn pooled(
                 .map(|((segments, temperature), (h, &c))| AxisData {
                     segments,
                     temperature: temperature.as_deref(),
-                    step_s: h.dt_s,
+                    step_s: h.channels[c].step_s,
                     lsb: h.channels[c].lsb,
                 })
                 .collect();

@@ -116,8 +116,10 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
             lsb: h.lsb,
         })
         .collect();
+    let mut layout = log.layout.clone();
+    layout.notes.extend_from_slice(&health.notes);
     Ok(InfoOutcome {
-        layout: log.layout.clone(),
+        layout,
         samples: log.rows,
         rate_hz: 1.0 / health.dt_s,
         duration_s: health.duration_s,

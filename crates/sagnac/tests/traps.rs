@@ -72,6 +72,7 @@ fn joint(samples: &[f64]) -> AxisEstimate {
     let segments = [Segment {
         start_s: 0.0,
         samples,
+        filled: &[],
     }];
     estimate(
         &AxisData {

@@ -3,8 +3,10 @@
 //! The lowest coefficients of each segment stand alone; from there on bins are 4 % wide in frequency, shared by all
 //! segments. A bin keeps Σ c², and for regressors Σ c·a and Σ a², so that they are profiled out without the log.
 
+use super::fill::{Fill, variogram};
 use super::spectra;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// One segment's transform.
 #[derive(Debug, Clone)]
@@ -35,6 +37,8 @@ struct Piece {
 pub(crate) struct Layout {
     pieces: Vec<Vec<Piece>>,
     bins: usize,
+    /// What filling lost samples made of the spectrum, where any were filled.
+    pub fill: Option<Arc<Fill>>,
 }
 
 /// Sums over bins of one log.
@@ -48,8 +52,12 @@ pub(crate) struct BinnedLog {
     pub j: Vec<f64>,
     /// Effective segment length (harmonic mean).
     pub n: Vec<f64>,
-    /// Coefficients in the bin.
+    /// Coefficients in the bin, each counted by its weight.
     pub count: Vec<f64>,
+    /// What a coefficient of the bin counts: 1 where nothing was filled.
+    pub weight: Vec<f64>,
+    /// What filling made of the spectrum.
+    pub fill: Option<Arc<Fill>>,
     /// Σ c².
     pub yy: Vec<f64>,
     /// Σ c·a, a row a bin.
@@ -67,7 +75,7 @@ const RATIO: f64 = 1.04;
 
 impl Layout {
     /// Bins for segments of these lengths.
-    pub(crate) fn new(segments: &[SegmentSpectrum]) -> Self {
+    pub(crate) fn new(segments: &[SegmentSpectrum], fill: Option<Arc<Fill>>) -> Self {
         let count = segments.len().max(1);
         let singles = ((SINGLES as f64 / (count as f64).sqrt()) as usize).clamp(3, SINGLES);
         let lowest = segments
@@ -107,7 +115,7 @@ impl Layout {
             }
             pieces.push(own);
         }
-        Self { pieces, bins }
+        Self { pieces, bins, fill }
     }
 
     /// The runs of coefficients of segment `s` that share a bin: first, end.
@@ -195,6 +203,7 @@ impl Layout {
         }
         let mut out = BinnedLog {
             columns: p,
+            fill: self.fill.clone(),
             ..BinnedLog::default()
         };
         for b in 0..bins {
@@ -210,6 +219,9 @@ impl Layout {
             out.yy.push(yy[b]);
             out.ya.extend_from_slice(&ya[b * p..(b + 1) * p]);
             out.aa.extend_from_slice(&aa[b * p * p..(b + 1) * p * p]);
+            if let Some(fill) = &self.fill {
+                out.weigh_last(fill.weight(0.5 * (low[b] + high[b])));
+            }
         }
         out
     }
@@ -238,6 +250,22 @@ impl BinnedLog {
             first = end;
         }
         out
+    }
+
+    /// Counts the coefficients of the last bin as `weight` each.
+    fn weigh_last(&mut self, weight: f64) {
+        let p = self.columns;
+        let (ya, aa) = (self.ya.len() - p, self.aa.len() - p * p);
+        let last = |all: &mut [f64]| {
+            if let Some(last) = all.last_mut() {
+                *last *= weight;
+            }
+        };
+        last(&mut self.weight);
+        last(&mut self.count);
+        last(&mut self.yy);
+        self.ya[ya..].iter_mut().for_each(|v| *v *= weight);
+        self.aa[aa..].iter_mut().for_each(|v| *v *= weight);
     }
 
     /// Multiplies the measured values by `factor`.
@@ -270,6 +298,7 @@ impl BinnedLog {
         self.j.push(j);
         self.n.push(n);
         self.count.push(count);
+        self.weight.push(1.0);
         let quadrature = |shape: &dyn Fn(f64) -> f64| {
             if half == 0.0 {
                 shape(center)
@@ -277,6 +306,27 @@ impl BinnedLog {
                 (5.0 * shape(points[0]) + 8.0 * shape(points[1]) + 5.0 * shape(points[2])) / 18.0
             }
         };
+        if let Some(fill) = self.fill.clone() {
+            // What passes coherently, with the ends' factor, and what the pattern scatters.
+            let leak = fill.leak_weights(center);
+            let filled = |index: usize, factor: f64, shape: &dyn Fn(f64) -> f64| {
+                let scattered: f64 = (0..leak.len())
+                    .map(|s| leak[s] * variogram(index, s))
+                    .sum();
+                factor * quadrature(&|u| fill.transfer(u) * shape(u)) + scattered
+            };
+            let ends = (4.0 - quadrature(&spectra::quantization)) / n;
+            let basis = [
+                filled(0, 1.0, &spectra::quantization) + ends,
+                filled(1, 1.0, &|_| 1.0),
+                filled(2, spectra::flicker_end_factor(j), &spectra::flicker),
+                filled(3, 1.0, &spectra::random_walk),
+            ];
+            for (all, own) in self.basis.iter_mut().zip(basis) {
+                all.push(own);
+            }
+            return;
+        }
         let q = quadrature(&spectra::quantization);
         self.basis[0].push(q + (4.0 - q) / n);
         self.basis[1].push(1.0);

@@ -3,13 +3,15 @@
 //! Thresholds: a step or a warm-up those of `columns`; a changing scatter > 10 % and > 6 of its own standard errors; a
 //! filter leaves the top octave under the white level and falling, and a spectrum that no mixture of the terms explains.
 
-use super::estimate::{Active, ActiveKind, Work, spectrum_at};
+use super::estimate::{Active, ActiveKind, Work};
+use super::fill::FittedSpectrum;
 use super::goodness;
-use super::likelihood::{Problem, Solution};
+use super::likelihood::{N, Problem, Solution};
 use super::select;
 use super::types::{AxisData, Candidates, Finding, FindingKind, Segment};
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// The corner (in u) below which the terms explain the spectrum, where the log was filtered.
 pub(super) fn filter_corner(
@@ -21,7 +23,7 @@ pub(super) fn filter_corner(
     // A log that its terms explain is not filtered.
     let power = problem.residual_power(solution);
     let fit = problem.spectrum(&solution.parameters);
-    let p = goodness::p_value(&power, &fit, &problem.count, 4)?;
+    let p = goodness::p_value(&power, &fit, &problem.plain_count(), 4)?;
     if p > 1e-4 {
         return None;
     }
@@ -29,7 +31,7 @@ pub(super) fn filter_corner(
         let (mut sum, mut count) = (0.0, 0.0);
         for b in 0..values.len() {
             if problem.u[b] >= low && problem.u[b] < high {
-                sum += problem.count[b] * values[b];
+                sum += problem.count[b] * values[b] / problem.basis(N)[b];
                 count += problem.count[b];
             }
         }
@@ -54,12 +56,12 @@ pub(super) fn filter_corner(
             break;
         }
         let (fit, _, _) = select::grow(&part, &plain);
-        if top >= TOP_SHARE * fit.parameters[super::likelihood::N] {
+        if top >= TOP_SHARE * fit.parameters[N] {
             continue;
         }
         let measured = part.residual_power(&fit);
         let model = part.spectrum(&fit.parameters);
-        let p = goodness::p_value(&measured, &model, &part.count, 3).unwrap_or(1.0);
+        let p = goodness::p_value(&measured, &model, &part.plain_count(), 3).unwrap_or(1.0);
         if p > 0.01 || top_agrees(&part, &measured, &model, cut) {
             return Some(cut);
         }
@@ -174,12 +176,13 @@ pub(super) fn find_step(
             continue;
         }
         let reach = STEP_PLACES.min(n);
+        let fitted = work.fitted(&now.parameters);
         let spectrum: Vec<f64> = (0..reach)
             .map(|j| {
                 if j == 0 {
                     return f64::INFINITY;
                 }
-                spectrum_at(&now.parameters, j as f64 / (2.0 * n as f64)).max(1e-300)
+                fitted.at(j as f64 / (2.0 * n as f64)).max(1e-300)
             })
             .collect();
         let residual: Vec<f64> = (0..reach)
@@ -248,10 +251,11 @@ fn sharpen(work: &Work, segments: &[Segment<'_>], s: usize, at: usize, now: &Sol
     let n = work.segments[s].n;
     let coarse = n / STEP_PLACES.min(n) + 1;
     // Where white noise gives way to slower terms the means compared need not be longer.
-    let white = now.parameters[super::likelihood::N];
+    let white = now.parameters[N];
+    let fitted = FittedSpectrum::new(&now.parameters, None);
     let knee = (1..16)
         .map(|k| 0.25 / f64::from(1 << k))
-        .find(|&u| spectrum_at(&now.parameters, u) > 2.0 * white)
+        .find(|&u| fitted.at(u) > 2.0 * white)
         .unwrap_or(1e-4);
     let half = ((0.25 / knee) as usize).clamp(4 * coarse, 64 * coarse + 64);
     let (from, to) = (at.saturating_sub(2 * coarse), (at + 2 * coarse).min(n));
@@ -369,12 +373,24 @@ pub(super) fn misfit(
     }
 }
 
-/// Scatter of first differences over √2 of a stretch, robust or (for coarse steps) clipped.
-fn difference_scatter(samples: &[f64], lsb: Option<f64>, most: usize) -> (f64, usize) {
+/// Scatter of first differences over √2 of a range of a segment, robust or (for coarse steps) clipped; filled samples,
+/// which lie on lines, are left out.
+fn difference_scatter(
+    segment: &Segment<'_>,
+    range: Range<usize>,
+    lsb: Option<f64>,
+    most: usize,
+) -> (f64, usize) {
+    let samples = &segment.samples[range.clone()];
     let pairs = samples.len().saturating_sub(1);
     let stride = pairs.div_ceil(most).max(1);
+    let is_filled = |k: usize| {
+        let run = segment.filled.partition_point(|r| r.end <= k);
+        segment.filled.get(run).is_some_and(|r| r.start <= k)
+    };
     let mut differences: Vec<f64> = (0..pairs)
         .step_by(stride)
+        .filter(|k| !is_filled(range.start + k) && !is_filled(range.start + k + 1))
         .map(|k| (samples[k + 1] - samples[k]).abs())
         .collect();
     let n = differences.len();
@@ -402,7 +418,7 @@ fn difference_scatter(samples: &[f64], lsb: Option<f64>, most: usize) -> (f64, u
 pub(super) fn rounding(data: &AxisData<'_>, end_s: f64) -> Option<(Finding, bool)> {
     let lsb = data.lsb.filter(|q| *q > 0.0)?;
     let longest = data.segments.iter().max_by_key(|s| s.samples.len())?;
-    let (sigma, _) = difference_scatter(longest.samples, Some(lsb), 200_000);
+    let (sigma, _) = difference_scatter(longest, 0..longest.samples.len(), Some(lsb), 200_000);
     let ratio = sigma / lsb;
     if ratio >= 1.5 {
         return None;
@@ -444,7 +460,7 @@ pub(super) fn non_stationary(data: &AxisData<'_>) -> Option<Finding> {
             if to - from < 32 {
                 continue;
             }
-            let (sigma, pairs) = difference_scatter(&segment.samples[from..to], data.lsb, 20_000);
+            let (sigma, pairs) = difference_scatter(segment, from..to, data.lsb, 20_000);
             let start = segment.start_s + from as f64 * data.step_s;
             let end = segment.start_s + to as f64 * data.step_s;
             parts.push((sigma, pairs as f64, start, end));

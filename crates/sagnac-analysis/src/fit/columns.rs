@@ -6,7 +6,7 @@
 
 use super::bins::Column;
 use super::checks;
-use super::estimate::{Active, ActiveKind, Work, spectrum_at};
+use super::estimate::{Active, ActiveKind, Work};
 use super::likelihood::{FIRST_GM, Free, Problem, Solution};
 use super::regress;
 use super::results::Units;
@@ -135,7 +135,7 @@ pub(super) fn regressors(
                 };
                 let (mut column, mut tried, mut stepped) = with(regress::SMOOTH_REACH);
                 let height = tried.beta[0].last().copied().unwrap_or(0.0);
-                let level = spectrum_at(&now.parameters, 0.25 * work.cut).sqrt();
+                let level = work.fitted(&now.parameters).at(0.25 * work.cut).sqrt();
                 let reach = regress::step_reach(work.segments[which].n, height / level);
                 if reach > 2 * regress::SMOOTH_REACH {
                     (column, tried, stepped) = with(reach);

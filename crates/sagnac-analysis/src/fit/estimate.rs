@@ -8,8 +8,9 @@ use super::bins::{Column, Layout, SegmentSpectrum};
 use super::checks;
 use super::columns::regressors;
 use super::dct::{dct2, fast_length};
+use super::fill::{Fill, FittedSpectrum};
 use super::goodness;
-use super::likelihood::{B, FIRST_GM, Free, K, N, Parameters, Problem, Q, Solution};
+use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
 use super::lines::{self, Line};
 use super::profile;
 use super::results::{
@@ -17,12 +18,12 @@ use super::results::{
     named_covariance, ramp, sinusoids, spectrum_bins, weak_interval, widened,
 };
 use super::select;
-use super::spectra;
 use super::types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
     GaussMarkovEstimate, NoiseTerms, Segment,
 };
 use realfft::RealFftPlanner;
+use std::sync::Arc;
 
 const MOST_LINES: usize = 24;
 /// Where the band ends below this u, a quarter of Nyquist, quantization cannot be told from white noise.
@@ -45,7 +46,11 @@ pub(super) struct Work {
     /// Highest u that takes part.
     pub cut: f64,
     pub lines: Vec<Line>,
+    /// Samples, filled ones among them.
     pub samples: usize,
+    /// Filled samples.
+    pub filled: usize,
+    /// Mean of those that were not filled.
     pub mean: f64,
 }
 
@@ -87,7 +92,7 @@ pub(super) struct Prepared {
 /// ```
 /// use sagnac_analysis::fit::{AxisData, FitOptions, Segment, estimate};
 /// let samples: Vec<f64> = (0..4000).map(|k| ((k * 7919 % 1000) as f64 / 500.0 - 1.0) * 1e-3).collect();
-/// let segments = [Segment { start_s: 0.0, samples: &samples }];
+/// let segments = [Segment { start_s: 0.0, samples: &samples, filled: &[] }];
 /// let data = AxisData { segments: &segments, temperature: None, step_s: 0.01, lsb: None };
 /// let axis = estimate(&data, &FitOptions::default());
 /// assert!(axis.samples == 4000);
@@ -150,6 +155,23 @@ fn nothing(data: &AxisData<'_>, text: &str) -> AxisEstimate {
     }
 }
 
+/// Why a log has no scale of its noise.
+fn why_no_noise(segments: &[Segment<'_>]) -> String {
+    let all = || segments.iter().flat_map(|s| s.samples);
+    let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &y| {
+        (l.min(y), h.max(y))
+    });
+    let size = if high > low { 0.5 * high - 0.5 * low } else { 0.0 };
+    if size == 0.0 {
+        return "the values do not change: no noise can be seen".to_owned();
+    }
+    let side = if size < 1.0 { "small" } else { "large" };
+    format!(
+        "the values change by {:.1e}, too {side} for a number to hold its square: look at the unit",
+        2.0 * size
+    )
+}
+
 /// Transforms the log, takes lines, filters and regressors into account and finds the best fit of all candidates.
 pub(super) fn prepare(
     data: &AxisData<'_>,
@@ -174,14 +196,10 @@ pub(super) fn prepare(
         })
         .map(|t| kept.iter().map(|&i| t[i]).collect());
     let Some(mut work) = transform(&segments, data.step_s, samples) else {
-        return Err(Box::new(nothing(
-            data,
-            "the values do not change: no noise can be seen",
-        )));
+        return Err(Box::new(nothing(data, &why_no_noise(&segments))));
     };
-    let duration_s = samples as f64 * data.step_s;
     let mut candidates = options.candidates;
-    if duration_s < SHORT_S {
+    if longest_s(&segments, data.step_s) < SHORT_S {
         candidates.ramp = false;
         candidates.gauss_markov = 0;
     }
@@ -246,8 +264,16 @@ fn transform(segments: &[Segment<'_>], step_s: f64, samples: usize) -> Option<Wo
         let first = segment.samples[0];
         let mean = first + segment.samples.iter().map(|y| y - first).sum::<f64>() / n;
         means.push(mean);
-        sum += mean * n;
-        used += n;
+        // Filled samples tell nothing of the mean that their neighbors do not.
+        let lost = segment.filled.iter().map(|r| r.len()).sum::<usize>();
+        let of_filled: f64 = segment
+            .filled
+            .iter()
+            .flat_map(|r| &segment.samples[r.clone()])
+            .map(|y| y - mean)
+            .sum();
+        sum += mean * n - lost as f64 * mean - of_filled;
+        used += n - lost as f64;
         for pair in segment.samples.windows(2) {
             let d = pair[1] - pair[0];
             squares += d * d;
@@ -264,6 +290,7 @@ fn transform(segments: &[Segment<'_>], step_s: f64, samples: usize) -> Option<Wo
         (_, s) if s > 0.0 && s.is_finite() => s,
         _ => return None,
     };
+    let fill = Fill::of(segments).map(Arc::new);
     let mut planner = RealFftPlanner::new();
     let spectra: Vec<SegmentSpectrum> = segments
         .iter()
@@ -283,43 +310,31 @@ fn transform(segments: &[Segment<'_>], step_s: f64, samples: usize) -> Option<Wo
             }
         })
         .collect();
+    let filled = fill.as_ref().map_or(0, |f| f.filled);
     Some(Work {
-        layout: Layout::new(&spectra),
+        layout: Layout::new(&spectra, fill),
         segments: spectra,
         scale,
         step_s,
         cut: 0.5,
         lines: Vec::new(),
         samples,
+        filled,
         mean: sum / used,
     })
 }
 
-/// Spectrum of the parameters at u, variance of a coefficient, without the ends' corrections.
-pub(super) fn spectrum_at(parameters: &Parameters, u: f64) -> f64 {
-    let mut s = parameters[N];
-    if parameters[Q] > 0.0 {
-        s += parameters[Q] * spectra::quantization(u);
+impl Work {
+    /// The spectrum of these parameters as this log shows it.
+    pub(super) fn fitted(&self, parameters: &Parameters) -> FittedSpectrum<'_> {
+        FittedSpectrum::new(parameters, self.layout.fill.as_deref())
     }
-    if parameters[B] > 0.0 {
-        s += parameters[B] * spectra::flicker(u);
-    }
-    if parameters[K] > 0.0 {
-        s += parameters[K] * spectra::random_walk(u);
-    }
-    for g in 0..2 {
-        let at = FIRST_GM + 2 * g;
-        if parameters[at] > 0.0 {
-            let shape = spectra::GaussMarkovShape::new((-parameters[at + 1]).exp());
-            s += parameters[at] * shape.at(spectra::quantization(u));
-        }
-    }
-    s
 }
 
 /// Looks for lines above the fit, below the cut; whether any was taken out.
 fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
     let mut any = false;
+    let fitted = FittedSpectrum::new(parameters, work.layout.fill.as_deref());
     let mut lines = std::mem::take(&mut work.lines);
     for s in 0..work.segments.len() {
         if work.segments[s].n < 128 {
@@ -331,7 +346,7 @@ fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
             .spans(s)
             .map(|(first, end)| {
                 let u = 0.5 * (first + end - 1) as f64 / (2.0 * n as f64);
-                (first, end, u, spectrum_at(parameters, u).max(1e-300))
+                (first, end, u, fitted.at(u).max(1e-300))
             })
             .filter(|level| level.2 <= work.cut)
             .map(|(first, end, _, level)| (first, end, level))
@@ -342,6 +357,12 @@ fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
     }
     work.lines = lines;
     any
+}
+
+/// The longest stretch of samples without a gap, filled ones counted, in s.
+fn longest_s(segments: &[Segment<'_>], step_s: f64) -> f64 {
+    let longest = segments.iter().map(|s| s.samples.len()).max();
+    longest.unwrap_or(0) as f64 * step_s
 }
 
 /// Tests the terms, finds intervals and limits, and says what the data show.
@@ -371,13 +392,18 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     let tests = select::test(&problem, &candidates, grown);
     let free = tests.kept(&candidates);
     let best = select::final_fit(&problem, &tests.full, &free);
-    let short = duration_s < SHORT_S;
+    let stretch_s = longest_s(data.segments, data.step_s);
+    let short = stretch_s < SHORT_S;
     if short {
-        findings.push(whole_log(
-            FindingKind::Short,
-            Some(duration_s),
-            format!("{duration_s:.0} s are too short for slow terms: they are bounded only"),
-        ));
+        let text = if duration_s < SHORT_S {
+            format!("{duration_s:.0} s are too short for slow terms: they are bounded only")
+        } else {
+            format!(
+                "no unbroken stretch reaches {SHORT_S:.0} s, the longest has {} s: slow terms are bounded only",
+                checks::digits(stretch_s)
+            )
+        };
+        findings.push(whole_log(FindingKind::Short, Some(stretch_s), text));
     }
     // Terms that pass but that so few coefficients or so coarse steps cannot carry: bounded only.
     let mut bounded = [false; 4];
@@ -481,7 +507,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     let power = problem.residual_power(&best);
     let fit = problem.spectrum(&best.parameters);
     let parameters = free.iter().filter(|&&f| f).count() + active.len();
-    let p_value = goodness::p_value(&power, &fit, &problem.count, parameters);
+    let p_value = goodness::p_value(&power, &fit, &problem.plain_count(), parameters);
     if let Some(p) = p_value
         && p < 1e-3
     {
@@ -531,7 +557,13 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         findings.push(finding);
     }
 
-    let error = fitted.mean_variance(duration_s, work.step_s).sqrt();
+    let mut variance = fitted.mean_variance(duration_s, work.step_s);
+    if work.filled > 0 {
+        // White noise of the samples that are there.
+        let used_s = (work.samples - work.filled) as f64 * work.step_s;
+        variance += fitted.white.powi(2) * (1.0 / used_s - 1.0 / duration_s);
+    }
+    let error = variance.sqrt();
     let mean = Estimate::detected(
         work.mean,
         work.mean - 1.96 * error,
@@ -540,7 +572,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     );
     findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     AxisEstimate {
-        samples: work.samples,
+        samples: work.samples - work.filled,
         step_s: work.step_s,
         duration_s,
         mean,

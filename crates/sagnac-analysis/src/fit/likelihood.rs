@@ -5,6 +5,7 @@
 //! restricted likelihood.
 
 use super::bins::{BinnedLog, dot};
+use super::fill::Fill;
 use super::linear::{bounded_least_squares, cholesky, cholesky_solve, inverse};
 use super::spectra::GaussMarkovShape;
 use std::f64::consts::PI;
@@ -46,13 +47,54 @@ struct Ends {
     sign: Vec<f64>,
 }
 
+/// What filling made of the spectrum in every bin of logs of which any was filled.
+#[derive(Debug, Clone)]
+struct Filled {
+    /// A² at the three nodes of every bin.
+    transfer: [Vec<f64>; 3],
+    /// Factors of the variogram, `reach` a bin.
+    leak: Vec<f64>,
+    reach: usize,
+}
+
+impl Filled {
+    fn of(logs: &[&BinnedLog]) -> Option<Self> {
+        let reach = logs
+            .iter()
+            .filter_map(|log| log.fill.as_deref().map(Fill::reach))
+            .max()?;
+        let mut out = Self {
+            transfer: Default::default(),
+            leak: Vec::new(),
+            reach,
+        };
+        for log in logs {
+            for (u, nodes) in log.u.iter().zip(&log.nodes) {
+                for (all, node) in out.transfer.iter_mut().zip(nodes) {
+                    // Of 4 sin²(πu) back to u.
+                    let own = (0.5 * node.sqrt()).min(1.0).asin() / PI;
+                    all.push(log.fill.as_ref().map_or(1.0, |f| f.transfer(own)));
+                }
+                let mut row = log.fill.as_ref().map_or(Vec::new(), |f| f.leak_weights(*u));
+                row.resize(reach, 0.0);
+                out.leak.extend(row);
+            }
+        }
+        Some(out)
+    }
+}
+
 /// Bins of one or several logs with common noise terms.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
     pub u: Arc<Vec<f64>>,
     nodes: Arc<[Vec<f64>; 3]>,
     ends: Arc<Ends>,
+    /// Coefficients of each bin, each counted by its weight.
     pub count: Arc<Vec<f64>>,
+    /// What a coefficient of each bin counts.
+    weight: Arc<Vec<f64>>,
+    filled: Option<Arc<Filled>>,
     yy: Vec<f64>,
     basis: Arc<[Vec<f64>; 4]>,
     groups: Vec<Group>,
@@ -89,6 +131,7 @@ impl Problem {
         let mut nodes: [Vec<f64>; 3] = Default::default();
         let mut ends = Ends::default();
         let mut count = Vec::new();
+        let mut weight = Vec::new();
         let mut yy = Vec::new();
         let mut basis: [Vec<f64>; 4] = Default::default();
         let mut groups = Vec::with_capacity(logs.len());
@@ -110,6 +153,7 @@ impl Problem {
                 }
             }));
             count.extend_from_slice(&log.count);
+            weight.extend_from_slice(&log.weight);
             yy.extend_from_slice(&log.yy);
             for (all, own) in basis.iter_mut().zip(&log.basis) {
                 all.extend_from_slice(own);
@@ -127,6 +171,8 @@ impl Problem {
             nodes: Arc::new(nodes),
             ends: Arc::new(ends),
             count: Arc::new(count),
+            weight: Arc::new(weight),
+            filled: Filled::of(logs).map(Arc::new),
             yy,
             basis: Arc::new(basis),
             groups,
@@ -208,6 +254,15 @@ impl Problem {
         self.count.iter().sum()
     }
 
+    /// Coefficients of each bin, every one counted in full.
+    pub(crate) fn plain_count(&self) -> Vec<f64> {
+        self.count
+            .iter()
+            .zip(self.weight.iter())
+            .map(|(n, w)| n / w)
+            .collect()
+    }
+
     /// Mean power of each bin as measured, regressors not taken out.
     pub(crate) fn raw_power(&self) -> Vec<f64> {
         self.yy
@@ -224,12 +279,25 @@ impl Problem {
         let bins = self.u.len();
         let [low, middle, high] = &*self.nodes;
         let (low, middle, high) = (&low[..bins], &middle[..bins], &high[..bins]);
-        let mut out: Vec<f64> = (0..bins)
-            .map(|b| {
-                (5.0 * shape.at(low[b]) + 8.0 * shape.at(middle[b]) + 5.0 * shape.at(high[b]))
-                    / 18.0
-            })
-            .collect();
+        let mut out: Vec<f64> = match &self.filled {
+            None => (0..bins)
+                .map(|b| {
+                    (5.0 * shape.at(low[b]) + 8.0 * shape.at(middle[b]) + 5.0 * shape.at(high[b]))
+                        / 18.0
+                })
+                .collect(),
+            Some(filled) => {
+                let [a, m, z] = &filled.transfer;
+                (0..bins)
+                    .map(|b| {
+                        (5.0 * a[b] * shape.at(low[b])
+                            + 8.0 * m[b] * shape.at(middle[b])
+                            + 5.0 * z[b] * shape.at(high[b]))
+                            / 18.0
+                    })
+                    .collect()
+            }
+        };
         // Expected over spectrum at the lowest coefficients: 1 − 2κ(1 − q)/(κ² + π²j²), κ = T/T_c, q = e^{−κ}(−1)^j.
         let ends = &*self.ends;
         let (mut kappa, mut decay) = (0.0, 1.0);
@@ -240,6 +308,12 @@ impl Problem {
                 decay = if kappa < 40.0 { (-kappa).exp() } else { 0.0 };
             }
             *phi *= 1.0 - 2.0 * kappa * (1.0 - decay * ends.sign[b]) / (kappa * kappa + ends.a2[b]);
+        }
+        if let Some(filled) = &self.filled {
+            let v: Vec<f64> = (0..filled.reach).map(|s| shape.variogram(s)).collect();
+            for (phi, leak) in out.iter_mut().zip(filled.leak.chunks_exact(filled.reach)) {
+                *phi += dot(leak, &v);
+            }
         }
         out
     }

@@ -15,6 +15,7 @@ mod checks;
 mod columns;
 mod dct;
 mod estimate;
+mod fill;
 mod goodness;
 mod likelihood;
 mod linear;

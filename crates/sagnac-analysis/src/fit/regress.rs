@@ -224,6 +224,7 @@ mod tests {
         let channel = [Segment {
             start_s: 0.0,
             samples: &channel,
+            filled: &[],
         }];
         let column = temperature(&segment, &channel, 20.0, 2, &mut RealFftPlanner::new());
         assert_column(&column, |k| (k / 100.0).sin().powi(2), n);

@@ -460,12 +460,13 @@ pub(super) fn spectrum_bins(work: &Work, active: &[Active], best: &Solution) -> 
     let power = whole.residual_power(best);
     let fit = whole.spectrum(&best.parameters);
     let unit = work.scale * work.scale * work.step_s;
+    let count = whole.plain_count();
     let mut out: Vec<SpectrumBin> = (0..whole.u.len())
         .map(|b| SpectrumBin {
             frequency_hz: whole.u[b] / work.step_s,
             measured: power[b] * unit,
             fitted: fit[b] * unit,
-            count: whole.count[b],
+            count: count[b],
             used: whole.u[b] <= work.cut,
         })
         .collect();

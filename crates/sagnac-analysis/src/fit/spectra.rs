@@ -68,6 +68,14 @@ impl GaussMarkovShape {
         }
     }
 
+    /// Half the mean square of the difference of two means `s` steps apart.
+    pub(crate) fn variogram(&self, s: usize) -> f64 {
+        match s {
+            0 => 0.0,
+            _ => self.c0 - self.c1 * (-self.h * (s - 1) as f64).exp(),
+        }
+    }
+
     /// The shape at u, given 4 sin²(πu).
     pub(crate) fn at(&self, four_s2: f64) -> f64 {
         let d = -(-self.h).exp_m1();

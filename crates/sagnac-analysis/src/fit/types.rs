@@ -2,6 +2,8 @@
 //!
 //! Everything is SI: a gyro axis in rad/s, an accelerometer axis in m/s²; densities are two-sided.
 
+use std::ops::Range;
+
 /// A stretch of samples of one axis without a gap, each the mean over one step.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
@@ -9,6 +11,9 @@ pub struct Segment<'a> {
     pub start_s: f64,
     /// The samples [unit of the axis], equally spaced.
     pub samples: &'a [f64],
+    /// Runs of samples that were lost and filled by the line between their neighbors, ascending and apart, each with a
+    /// sample on both sides; empty where none was.
+    pub filled: &'a [Range<usize>],
 }
 
 /// One log of one axis, as the joint estimate takes it.

@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use super::thin::Thin;
 use super::time::Clock;
 use super::{ChannelHealth, robust};
 use crate::map::hints::accel_unit_that_fits;
@@ -208,6 +209,27 @@ fn issue(
     }
 }
 
+/// A channel whose values stand in rows of a log.
+pub(crate) struct Place<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) clock: &'a Clock<'a>,
+    /// Rows of a range of its values.
+    pub(crate) rows: &'a dyn Fn(&Range<usize>) -> Range<usize>,
+}
+
+/// Values that are missing at a thin channel's own interval.
+pub(crate) fn lost_issues(name: &str, thin: &Thin, clock: &Clock<'_>, issues: &mut Vec<Issue>) {
+    for (rows, n) in thin.lost() {
+        let (samples, are) = if n == 1 {
+            ("sample", "is no number")
+        } else {
+            ("samples", "are no numbers")
+        };
+        let text = format!("{n} {samples} {are}");
+        issues.push(issue(IssueKind::Nan, name, clock, &rows, n, text));
+    }
+}
+
 /// Runs of numbers that are none.
 pub(crate) fn nan_issues(
     name: &str,
@@ -253,9 +275,8 @@ pub(super) fn runs(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<Range<usize>
 
 /// An extreme value that repeats.
 pub(crate) fn saturation_issues(
-    name: &str,
+    place: &Place<'_>,
     values: &[f64],
-    clock: &Clock<'_>,
     facts: &Facts,
     range: Option<f64>,
     issues: &mut Vec<Issue>,
@@ -286,9 +307,9 @@ pub(crate) fn saturation_issues(
             for hit in hits {
                 issues.push(issue(
                     IssueKind::Saturation,
-                    name,
-                    clock,
-                    &hit,
+                    place.name,
+                    place.clock,
+                    &(place.rows)(&hit),
                     hit.len(),
                     text.clone(),
                 ));
@@ -348,19 +369,26 @@ pub(crate) fn stuck_runs(values: &[f64]) -> Vec<Range<usize>> {
 }
 
 pub(crate) fn stuck_issues(
-    name: &str,
-    rows: usize,
+    place: &Place<'_>,
+    values: usize,
     runs: &[Range<usize>],
-    clock: &Clock<'_>,
     issues: &mut Vec<Issue>,
 ) {
     for run in runs {
-        let text = if run.len() == rows {
+        let text = if run.len() == values {
             "one value all the time: no numbers from this channel".to_owned()
         } else {
             format!("one value for {} samples; left out", run.len())
         };
-        issues.push(issue(IssueKind::Stuck, name, clock, run, run.len(), text));
+        let rows = (place.rows)(run);
+        issues.push(issue(
+            IssueKind::Stuck,
+            place.name,
+            place.clock,
+            &rows,
+            run.len(),
+            text,
+        ));
     }
 }
 
@@ -472,18 +500,24 @@ pub(crate) fn non_stationary_issues(
     let mut seen = 0;
     for s in &health.quiet {
         let values = &health.values[s.range.clone()];
+        // Filled samples lie on lines: they are no scatter.
+        let mut filled = s.filled.iter().peekable();
         for (k, w) in values.windows(2).enumerate() {
+            while filled.next_if(|r| r.end <= k).is_some() {}
+            if filled.peek().is_some_and(|r| r.start <= k + 1) {
+                continue;
+            }
             let bin = &mut bins[((seen + k) * STEPS / total).min(STEPS - 1)];
             let d = w[1] - w[0];
             if d.abs() < clip {
                 bin.0 += 1;
                 bin.1 += d * d;
             }
-            let t = s.start_s + k as f64 * clock.dt_s;
+            let t = s.start_s + k as f64 * health.step_s;
             if bin.2.is_nan() {
                 bin.2 = t;
             }
-            bin.3 = t + clock.dt_s;
+            bin.3 = t + health.step_s;
         }
         seen += values.len();
     }

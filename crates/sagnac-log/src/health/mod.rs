@@ -1,11 +1,13 @@
 //! Log health: what is wrong with a log, and the sound stretches that remain.
 //!
 //! Findings are those of the data-quality table that need no fitted noise model; the cleaned stretches follow from
-//! them: short gaps filled by the line between their neighbors, long ones cutting the log, motion left out.
+//! them: short gaps filled by the line between their neighbors, long ones cutting the log, motion left out. A channel with
+//! a value in every k-th row alone is taken at its own interval.
 
 mod channel;
 mod clean;
 mod motion;
+mod thin;
 mod time;
 
 use std::borrow::Cow;
@@ -29,6 +31,8 @@ pub struct Health<'a> {
     pub issues: Vec<Issue>,
     /// Statistics and cleaned samples of each channel, in the log's order.
     pub channels: Vec<ChannelHealth<'a>>,
+    /// Sentences about how channels were taken.
+    pub notes: Vec<String>,
 }
 
 /// The health of one channel.
@@ -48,21 +52,25 @@ pub struct ChannelHealth<'a> {
     pub lsb: Option<f64>,
     /// Robust scatter of first differences over √2.
     pub sigma_w: f64,
+    /// Interval of its samples: the log's, or k times that where only every k-th row has a value.
+    pub step_s: f64,
     /// Samples on an even grid: the log's own where nothing had to be filled.
     pub values: Cow<'a, [f64]>,
     /// The stretches between gaps: what deviations are computed from.
     pub segments: Vec<Segment>,
-    /// The same without motion: what parameters are estimated from.
+    /// The same without motion: what parameters are estimated from. More is filled in them, see [`Segment::filled`].
     pub quiet: Vec<Segment>,
 }
 
-/// A stretch of evenly spaced samples without gap.
+/// A stretch of evenly spaced samples without gap, or with short ones filled by lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// Its samples, as a range of [`ChannelHealth::values`].
     pub range: Range<usize>,
     /// Time of its first sample, in seconds from the log's first sample.
     pub start_s: f64,
+    /// Runs of lost samples that a line replaces, counted from the stretch's first sample, ascending.
+    pub filled: Vec<Range<usize>>,
 }
 
 impl ChannelHealth<'_> {
@@ -121,13 +129,26 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     }
     let clock = time::Clock::of(log)?;
     let dt = clock.dt_s;
-    let mut issues = time::issues(&clock);
+    let mut issues = time::issues(&clock, &clean::gaps(&clock));
     let grid = clean::Grid::of(&clock);
     let mut channels = Vec::with_capacity(log.columns.len());
     let mut stuck = Vec::with_capacity(log.columns.len());
-    for (channel, values) in log.channels() {
+    let mut notes = Vec::new();
+    let mut thins: Vec<Option<thin::Thin>> = Vec::with_capacity(log.columns.len());
+    for (channel, all) in log.channels() {
+        let thin = thin::Thin::of(all).filter(|_| !options.moving);
+        let values = thin.as_ref().map_or(all, |t| t.values.as_slice());
         let facts = channel::Facts::of(values);
-        channel::nan_issues(&channel.name, values, &clock, &facts, &mut issues);
+        if let Some(thin) = &thin {
+            thin_note(&channel.name, thin, dt, &mut notes);
+            channel::lost_issues(&channel.name, thin, &clock, &mut issues);
+        } else {
+            channel::nan_issues(&channel.name, values, &clock, &facts, &mut issues);
+        }
+        let rows = |range: &Range<usize>| match &thin {
+            Some(thin) => thin.rows_of(range),
+            None => range.clone(),
+        };
         let runs = if matches!(channel.quantity, Quantity::Other | Quantity::Temperature) {
             Vec::new()
         } else {
@@ -136,11 +157,16 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
                 Quantity::SpecificForce => options.accel_range_m_s2,
                 _ => None,
             };
-            channel::saturation_issues(&channel.name, values, &clock, &facts, range, &mut issues);
+            let place = channel::Place {
+                name: &channel.name,
+                clock: &clock,
+                rows: &rows,
+            };
+            channel::saturation_issues(&place, values, &facts, range, &mut issues);
             let runs = channel::stuck_runs(values);
-            channel::stuck_issues(&channel.name, values.len(), &runs, &clock, &mut issues);
+            channel::stuck_issues(&place, values.len(), &runs, &mut issues);
             channel::quantization_issue(&channel.name, &clock, &facts, &mut issues);
-            runs
+            runs.iter().map(rows).collect()
         };
         stuck.push(runs);
         channels.push(ChannelHealth {
@@ -151,10 +177,12 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
             max: facts.max,
             lsb: facts.lsb,
             sigma_w: facts.sigma_w,
-            values: Cow::Borrowed(values),
+            step_s: thin.as_ref().map_or(dt, |t| t.every as f64 * dt),
+            values: Cow::Borrowed(all),
             segments: Vec::new(),
             quiet: Vec::new(),
         });
+        thins.push(thin);
     }
     if !options.moving {
         channel::units_issues(log, &clock, &mut issues);
@@ -165,9 +193,11 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
         motion::intervals(log, &clock, &stuck)
     };
     motion::issues(&motion, &clock, &mut issues);
-    for ((health, values), stuck) in channels.iter_mut().zip(&log.columns).zip(&stuck) {
-        let (values, segments, quiet) = clean::clean(values, &grid, &clock, stuck, &motion);
-        (health.values, health.segments, health.quiet) = (values, segments, quiet);
+    for (((health, values), stuck), thin) in
+        channels.iter_mut().zip(&log.columns).zip(&stuck).zip(&thins)
+    {
+        let own = clean::clean(values, &grid, &clock, (stuck, &motion), thin.as_ref());
+        (health.values, health.segments, health.quiet) = (own.values, own.segments, own.quiet);
         let numbers: usize = health.segments.iter().map(|s| s.range.len()).sum();
         if numbers < FEWEST_NUMBERS {
             health.quiet.clear();
@@ -194,7 +224,35 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
         stamp_step_s: clock.beat.grid_s,
         issues,
         channels,
+        notes,
     })
+}
+
+/// Says that a channel is taken at its own interval; channels alike share a sentence.
+fn thin_note(name: &str, thin: &thin::Thin, dt_s: f64, notes: &mut Vec<String>) {
+    let tail = format!(
+        ": a value in every {} row, taken at {:.6} Hz",
+        ordinal(thin.every),
+        1.0 / (dt_s * thin.every as f64)
+    );
+    let tail = tail.replace(".000000 Hz", " Hz");
+    match notes.iter_mut().find(|n| n.ends_with(&tail)) {
+        Some(note) => {
+            note.insert_str(note.len() - tail.len(), &format!(", {name}"));
+        }
+        None => notes.push(format!("{name}{tail}")),
+    }
+}
+
+fn ordinal(n: usize) -> String {
+    let end = match (n % 10, n % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{n}{end}")
 }
 
 /// Fewer numbers than this give no parameters.

@@ -22,6 +22,12 @@ pub(crate) struct Motion {
     pub(crate) text: String,
 }
 
+/// What no sensor at rest or in motion shows, also where its unit was mistaken.
+const BEYOND_ANY_RATE_RAD_S: f64 = 1e8;
+const BEYOND_ANY_FORCE_M_S2: f64 = 1e10;
+/// Fewest values that an average is taken of.
+const FEWEST_IN_AVERAGE: usize = 10;
+
 /// Averages and scatters of one channel.
 struct Averages {
     mean: Vec<f64>,
@@ -30,6 +36,9 @@ struct Averages {
 
 fn averages(values: &[f64], size: usize, stuck: &[Range<usize>]) -> Averages {
     let n = values.len() / size;
+    // Values that a block has, as a rule: fewer in a channel with one in every k-th row.
+    let finite = values.iter().filter(|v| v.is_finite()).count();
+    let usual = (finite * size).div_ceil(values.len().max(1));
     let (mut mean, mut scatter) = (Vec::with_capacity(n), Vec::with_capacity(n));
     for (b, part) in values.chunks_exact(size).enumerate() {
         let rows = b * size..(b + 1) * size;
@@ -42,8 +51,23 @@ fn averages(values: &[f64], size: usize, stuck: &[Range<usize>]) -> Averages {
             continue;
         }
         let m = part.iter().sum::<f64>() / size as f64;
+        if m.is_finite() {
+            mean.push(m);
+            let squares = part.iter().map(|v| (v - m) * (v - m)).sum::<f64>();
+            scatter.push((squares / size as f64).sqrt());
+            continue;
+        }
+        // Lost samples leave an average of the others, where there are enough.
+        let there = || part.iter().filter(|v| v.is_finite());
+        let n = there().count();
+        if n < FEWEST_IN_AVERAGE || 2 * n < usual {
+            mean.push(f64::NAN);
+            scatter.push(f64::NAN);
+            continue;
+        }
+        let m = there().sum::<f64>() / n as f64;
         mean.push(m);
-        scatter.push((part.iter().map(|v| (v - m) * (v - m)).sum::<f64>() / size as f64).sqrt());
+        scatter.push((there().map(|v| (v - m) * (v - m)).sum::<f64>() / n as f64).sqrt());
     }
     Averages { mean, scatter }
 }
@@ -97,9 +121,14 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     let size = ((1.0 / clock.dt_s).round() as usize).max(50);
     // The clearest first: what they take leaves the judgement of the rest alone.
     let mut known = stuck.to_vec();
-    // An infinite value is a lost sample, as NaN is: no average holds one.
-    for (known, values) in known.iter_mut().zip(&log.columns) {
-        known.extend(super::channel::runs(values, f64::is_infinite));
+    // An infinite value is a lost sample, as NaN is, and so is one that no sensor gives: no average holds one.
+    for (known, (channel, values)) in known.iter_mut().zip(log.channels()) {
+        let most = match channel.quantity {
+            Quantity::AngularRate => BEYOND_ANY_RATE_RAD_S,
+            Quantity::SpecificForce => BEYOND_ANY_FORCE_M_S2,
+            _ => f64::MAX,
+        };
+        known.extend(super::channel::runs(values, |v| v.abs() > most));
     }
     let mut found = shaken::violent(log, size, &known);
     take(&found, &mut known);

@@ -3,6 +3,7 @@
 //! A step is off where it is more than 1.5·dt; a late stamp whose successors catch up is jitter, no gap: the stamps
 //! less k·dt have to stay away.
 
+use super::clean::Gap;
 use crate::beat::{Beat, Event};
 use crate::{Error, Issue, IssueKind, Log, Stamp};
 
@@ -91,9 +92,10 @@ impl<'a> Clock<'a> {
     }
 }
 
-/// The findings about time.
-pub(crate) fn issues(clock: &Clock<'_>) -> Vec<Issue> {
+/// The findings about time; `gaps` says what becomes of each gap.
+pub(crate) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Issue> {
     let mut out = Vec::new();
+    let mut gaps = gaps.iter();
     let last = clock.log.rows.saturating_sub(1);
     let mut push = |kind, from: usize, to: usize, count, text| {
         let (start_s, end_s) = (clock.absolute(from), clock.absolute(to));
@@ -109,10 +111,10 @@ pub(crate) fn issues(clock: &Clock<'_>) -> Vec<Issue> {
     for &(row, event) in &clock.beat.events {
         match event {
             Event::Gap(lost) => {
-                let what = if lost <= 3 {
-                    "filled by a line"
-                } else {
-                    "cut here"
+                let what = match gaps.next() {
+                    Some(Gap::Filled) => "filled by a line",
+                    Some(Gap::FilledForParameters) => "filled by a line for parameters",
+                    _ => "cut here",
                 };
                 let samples = if lost == 1 { "sample" } else { "samples" };
                 push(

@@ -30,8 +30,11 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
         let mut left = MOST;
         let mut segments: Vec<Segment<'_>> = Vec::new();
         for s in &h.quiet {
-            let n = s.range.len().min(left);
+            let mut n = s.range.len().min(left);
             left -= n;
+            // A run of filled samples has one that exists on both sides.
+            let runs = s.filled.partition_point(|r| r.end < n);
+            n = s.filled.get(runs).map_or(n, |r| n.min(r.start));
             if let Some(samples) = h
                 .values
                 .get(s.range.start..s.range.start + n)
@@ -40,6 +43,7 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
                 segments.push(Segment {
                     start_s: s.start_s,
                     samples,
+                    filled: &s.filled[..runs],
                 });
             }
         }
@@ -49,7 +53,7 @@ pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
         let data = AxisData {
             segments: &segments,
             temperature: None,
-            step_s: health.dt_s,
+            step_s: h.step_s,
             lsb: h.lsb,
         };
         let fit = estimate(&data, &options);
