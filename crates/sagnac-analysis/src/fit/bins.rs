@@ -310,9 +310,7 @@ impl BinnedLog {
             // What passes coherently, with the ends' factor, and what the pattern scatters.
             let leak = fill.leak_weights(center);
             let filled = |index: usize, factor: f64, shape: &dyn Fn(f64) -> f64| {
-                let scattered: f64 = (0..leak.len())
-                    .map(|s| leak[s] * variogram(index, s))
-                    .sum();
+                let scattered: f64 = (0..leak.len()).map(|s| leak[s] * variogram(index, s)).sum();
                 factor * quadrature(&|u| fill.transfer(u) * shape(u)) + scattered
             };
             let ends = (4.0 - quadrature(&spectra::quantization)) / n;

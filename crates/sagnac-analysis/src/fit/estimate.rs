@@ -161,7 +161,11 @@ fn why_no_noise(segments: &[Segment<'_>]) -> String {
     let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &y| {
         (l.min(y), h.max(y))
     });
-    let size = if high > low { 0.5 * high - 0.5 * low } else { 0.0 };
+    let size = if high > low {
+        0.5 * high - 0.5 * low
+    } else {
+        0.0
+    };
     if size == 0.0 {
         return "the values do not change: no noise can be seen".to_owned();
     }

@@ -177,7 +177,11 @@ impl Fill {
             }
             seen += n;
         }
-        if trace > 0.0 { (count / trace).min(1.0) } else { 1.0 }
+        if trace > 0.0 {
+            (count / trace).min(1.0)
+        } else {
+            1.0
+        }
     }
 
     /// tr(D C D C) of samples `from` to `to` of a segment.
@@ -359,7 +363,12 @@ mod tests {
     }
 
     /// Averaged covariances of the filled process from its definition, of covariance `r`.
-    fn averaged(n: usize, runs: &[Range<usize>], r: impl Fn(usize) -> f64, lags: usize) -> Vec<f64> {
+    fn averaged(
+        n: usize,
+        runs: &[Range<usize>],
+        r: impl Fn(usize) -> f64,
+        lags: usize,
+    ) -> Vec<f64> {
         let mut rows: Vec<Vec<(usize, f64)>> = (0..n).map(|k| vec![(k, 1.0)]).collect();
         for run in runs {
             for k in run.clone() {
@@ -396,7 +405,12 @@ mod tests {
     fn filled_white_and_quantization_noise_have_the_spectrum_of_their_definition() {
         let n = 6000;
         let periodic: Vec<Range<usize>> = (10..n - 1).step_by(50).map(|k| k..k + 1).collect();
-        for runs in [pattern(n, 0.1, 1), pattern(n, 0.2, 1), pattern(n, 0.04, 5), periodic] {
+        for runs in [
+            pattern(n, 0.1, 1),
+            pattern(n, 0.2, 1),
+            pattern(n, 0.04, 5),
+            periodic,
+        ] {
             let fill = fill_of(n, &runs);
             for (index, r) in [(N, [1.0, 0.0]), (Q, [2.0, -1.0])] {
                 let want = averaged(n, &runs, |s| r.get(s).copied().unwrap_or(0.0), 30);
@@ -406,7 +420,11 @@ mod tests {
                 for i in 0..40 {
                     let u = 0.5 * (f64::from(i) + 0.5) / 40.0;
                     let want = cosines(&want, u);
-                    assert!((got.at(u) - want).abs() < 2e-3, "{index} {u} {} {want}", got.at(u));
+                    assert!(
+                        (got.at(u) - want).abs() < 2e-3,
+                        "{index} {u} {} {want}",
+                        got.at(u)
+                    );
                 }
             }
         }
@@ -443,7 +461,11 @@ mod tests {
         let got = FittedSpectrum::new(&parameters, Some(&fill));
         for u in [0.003, 0.02, 0.1, 0.3, 0.48] {
             let want = cosines(&want, u);
-            assert!((got.at(u) / want - 1.0).abs() < 0.02, "{u} {} {want}", got.at(u));
+            assert!(
+                (got.at(u) / want - 1.0).abs() < 0.02,
+                "{u} {} {want}",
+                got.at(u)
+            );
         }
     }
 

@@ -213,7 +213,8 @@ pub(crate) fn clean<'a>(
             .map(|(range, filled)| Segment {
                 start_s: time_of(
                     &places,
-                    own.as_ref().map_or(range.start, |own| own.place(range.start)),
+                    own.as_ref()
+                        .map_or(range.start, |own| own.place(range.start)),
                     clock,
                 ),
                 range,
@@ -234,7 +235,10 @@ pub(crate) fn clean<'a>(
 
 impl Segment {
     /// A range without the filled samples at its ends, and the runs of filled ones within it; `None` where nothing is left.
-    fn of(range: Range<usize>, filled: &[Range<usize>]) -> Option<(Range<usize>, Vec<Range<usize>>)> {
+    fn of(
+        range: Range<usize>,
+        filled: &[Range<usize>],
+    ) -> Option<(Range<usize>, Vec<Range<usize>>)> {
         let Range { mut start, mut end } = range;
         let first = filled.partition_point(|r| r.end <= start);
         let last = filled.partition_point(|r| r.start < end);

@@ -193,8 +193,11 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
         motion::intervals(log, &clock, &stuck)
     };
     motion::issues(&motion, &clock, &mut issues);
-    for (((health, values), stuck), thin) in
-        channels.iter_mut().zip(&log.columns).zip(&stuck).zip(&thins)
+    for (((health, values), stuck), thin) in channels
+        .iter_mut()
+        .zip(&log.columns)
+        .zip(&stuck)
+        .zip(&thins)
     {
         let own = clean::clean(values, &grid, &clock, (stuck, &motion), thin.as_ref());
         (health.values, health.segments, health.quiet) = (own.values, own.segments, own.quiet);

@@ -34,7 +34,9 @@ impl Thin {
         if values.iter().take(4 * MOST).all(|v| v.is_finite()) {
             return None;
         }
-        let rows: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
+        let rows: Vec<usize> = (0..values.len())
+            .filter(|&k| values[k].is_finite())
+            .collect();
         if rows.len() < FEWEST || 10 * rows.len() > 7 * values.len() {
             return None;
         }
@@ -52,7 +54,10 @@ impl Thin {
 
     /// Rows of a range of the values.
     pub(crate) fn rows_of(&self, range: &Range<usize>) -> Range<usize> {
-        match (self.rows.get(range.start), self.rows.get(range.end.max(1) - 1)) {
+        match (
+            self.rows.get(range.start),
+            self.rows.get(range.end.max(1) - 1),
+        ) {
             (Some(&a), Some(&b)) => a..b + 1,
             _ => 0..0,
         }
@@ -61,7 +66,8 @@ impl Thin {
     /// Values that are missing at the channel's own interval, with the rows between which they are.
     pub(crate) fn lost(&self) -> impl Iterator<Item = (Range<usize>, usize)> + '_ {
         self.rows.windows(2).filter_map(|pair| {
-            let steps = (pair[1] - pair[0] + self.every / 2) / self.every;
+            // A row that is missing is a gap, told by itself: it leaves less than two intervals.
+            let steps = (pair[1] - pair[0]) / self.every;
             (steps > 1).then(|| (pair[0]..pair[1] + 1, steps - 1))
         })
     }
@@ -120,7 +126,11 @@ impl OwnGrid {
 
     /// Where a stretch begins anew.
     pub(crate) fn cuts(&self) -> Vec<usize> {
-        self.stretches.iter().map(|s| s.0).filter(|c| *c > 0).collect()
+        self.stretches
+            .iter()
+            .map(|s| s.0)
+            .filter(|c| *c > 0)
+            .collect()
     }
 
     /// The values at its positions.

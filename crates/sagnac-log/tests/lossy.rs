@@ -1,0 +1,174 @@
+//! Lost samples: what is filled for which use, what is cut, and channels slower than their log.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use sagnac_log::health::{Health, HealthOptions, check};
+use sagnac_log::{IssueKind, Log, ReadOptions, Source, read};
+
+/// Uniform numbers from 0 to 1.
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// `n` rows at 100 Hz of three gyro axes, `cell` and `row` saying whether there is a value, and a row at all.
+fn log(n: usize, mut cell: impl FnMut(usize, usize) -> bool, row: impl Fn(usize) -> bool) -> Log {
+    let mut noise = Draw(7);
+    let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]\n");
+    for k in 0..n {
+        let values: Vec<String> = (0..3)
+            .map(|axis| {
+                let y: f64 = (0..12).fold(-6.0, |sum, _| sum + noise.next());
+                if cell(k, axis) {
+                    format!("{}", 1e-3 * y)
+                } else {
+                    String::new()
+                }
+            })
+            .collect();
+        if row(k) {
+            text += &format!("{:.2},{}\n", k as f64 / 100.0, values.join(","));
+        }
+    }
+    let source = Source::memory("a.csv", text.into());
+    read(source, &ReadOptions::default()).unwrap()
+}
+
+fn kinds(health: &Health<'_>) -> Vec<&'static str> {
+    let mut kinds: Vec<&'static str> = health.issues.iter().map(|i| i.kind.name()).collect();
+    kinds.dedup();
+    kinds
+}
+
+#[test]
+fn scattered_losses_leave_one_stretch_for_parameters_and_no_false_finding() {
+    for share in [0.1, 0.3] {
+        let mut draw = Draw(3);
+        let log = log(20_000, |_, _| draw.next() >= share, |_| true);
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        assert_eq!(kinds(&health), ["nan"], "{:?}", health.issues);
+        for channel in &health.channels {
+            // Deviations do not know what filling does: they are cut where 2 % have been filled.
+            assert!(channel.segments.len() > 1000);
+            assert_eq!(channel.quiet.len(), 1);
+            let quiet = &channel.quiet[0];
+            let filled: usize = quiet.filled.iter().map(std::ops::Range::len).sum();
+            let is_right = (filled as f64 / 20_000.0 - share).abs() < 0.01;
+            assert!(is_right && quiet.range.len() > 19_990, "{filled}");
+            assert!(quiet.filled.windows(2).all(|w| w[0].end < w[1].start));
+        }
+    }
+}
+
+#[test]
+fn gaps_up_to_ten_samples_are_filled_for_parameters_and_longer_ones_cut() {
+    for (lost, stretches, text) in [
+        (3, (1, 1), "filled by a line"),
+        (10, (2, 1), "filled by a line for parameters"),
+        (11, (2, 2), "cut here"),
+    ] {
+        let log = log(12_000, |_, _| true, |k| !(6000..6000 + lost).contains(&k));
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        let own = &health.channels[0];
+        assert_eq!((own.segments.len(), own.quiet.len()), stretches, "{lost}");
+        let gap = &health.issues[0];
+        assert_eq!((gap.kind, gap.count), (IssueKind::Gap, lost as u64));
+        assert!(gap.text.ends_with(text), "{}", gap.text);
+        if lost == 10 {
+            assert_eq!(own.quiet[0].filled, [6000..6010]);
+            assert_eq!(own.segments[1].start_s, 60.1);
+        }
+    }
+}
+
+#[test]
+fn no_more_than_half_of_a_log_is_filled() {
+    let mut draw = Draw(5);
+    let log = log(20_000, |_, _| draw.next() >= 0.65, |_| true);
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let quiet = &health.channels[0].quiet;
+    let runs = || quiet.iter().flat_map(|s| &s.filled);
+    assert!(runs().map(std::ops::Range::len).sum::<usize>() <= 10_000);
+    // The longest runs cut.
+    assert!(
+        quiet.len() > 500 && runs().all(|r| r.len() <= 5),
+        "{}",
+        quiet.len()
+    );
+}
+
+#[test]
+fn a_slower_channel_is_taken_at_its_own_interval() {
+    // x in every second row, y in every fifth, z in all; a value of y is lost.
+    let cell = |k: usize, axis: usize| match axis {
+        0 => k % 2 == 1,
+        1 => k % 5 == 3 && k != 5003,
+        _ => true,
+    };
+    let log = log(20_000, cell, |k| k != 9001);
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let steps: Vec<f64> = health.channels.iter().map(|c| c.step_s).collect();
+    assert_eq!(steps, [0.02, 0.05, 0.01]);
+    let notes = [
+        "gyro_x: a value in every 2nd row, taken at 50 Hz",
+        "gyro_y: a value in every 5th row, taken at 20 Hz",
+    ];
+    assert_eq!(health.notes, notes);
+    let nan = health.issues.iter().filter(|i| i.kind == IssueKind::Nan);
+    let nan: Vec<_> = nan.map(|i| (i.channel.as_deref(), i.count)).collect();
+    assert_eq!(nan, [(Some("gyro_y"), 1)]);
+    for (channel, n) in health.channels.iter().zip([10_000, 4000, 20_000]) {
+        assert_eq!(channel.segments.len(), 1, "{}", channel.name);
+        assert_eq!(channel.segments[0].range.len(), n);
+        assert!((channel.sigma_w / 1e-3 - 1.0).abs() < 0.05);
+    }
+    assert_eq!(health.channels[1].segments[0].start_s, 0.03);
+    assert_eq!(health.channels[1].segments[0].filled, [1000..1001]);
+}
+
+#[test]
+fn one_absurd_value_moves_no_other_axis() {
+    let with = |change: fn(&mut Vec<f64>)| {
+        let mut log = log(20_000, |_, _| true, |_| true);
+        change(&mut log.columns[0]);
+        log
+    };
+    for log in [
+        with(|x| x[9000] = 1e300),
+        with(|x| x[9000] = -1e30),
+        with(|x| x.iter_mut().for_each(|x| *x = 1e300 * (1.0 + *x))),
+    ] {
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        assert!(!kinds(&health).contains(&"motion"), "{:?}", health.issues);
+        assert_eq!(health.channels[1].quiet.len(), 1);
+    }
+}
+
+#[test]
+fn motion_is_seen_among_lost_samples() {
+    let mut draw = Draw(3);
+    let mut log = log(20_000, |_, _| draw.next() >= 0.1, |_| true);
+    for column in &mut log.columns {
+        for (k, y) in column[8000..8300].iter_mut().enumerate() {
+            *y += 0.3 * (0.2 * k as f64).sin();
+        }
+    }
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let motion = health.issues.iter().find(|i| i.kind == IssueKind::Motion);
+    let motion = motion.unwrap();
+    assert!((motion.start_s - 80.0).abs() < 0.5 && (motion.end_s - 83.0).abs() < 0.5);
+    // No filled sample stands at an end of a stretch.
+    for s in &health.channels[0].quiet {
+        assert!(
+            s.filled
+                .iter()
+                .all(|r| r.start > 0 && r.end < s.range.len())
+        );
+    }
+}
