@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use sagnac_analysis::compare::Outlier;
 use sagnac_analysis::fit::{
     AxisData, AxisEstimate, Candidates, FitOptions, PooledEstimate, Segment, estimate,
-    estimate_pooled,
+    estimate_pooled, filled_deviation,
 };
 use sagnac_analysis::{Curve, Deviation, TauGrid, compare, deviations};
 use sagnac_core::Sensor;
@@ -340,7 +340,12 @@ fn one_axis(
         )
     });
     let slices: Vec<&[f64]> = segments.iter().map(|s| s.samples).collect();
-    let allan = deviations(&slices, own.step_s, Deviation::Oadev, &TauGrid::Default).ok();
+    let mut allan = deviations(&slices, own.step_s, Deviation::Oadev, &TauGrid::Default).ok();
+    if let (Some(curve), Some(e)) = (&mut allan, &estimate)
+        && let Some(factors) = filled_deviation(&segments, &e.fitted, own.step_s, &curve.factor)
+    {
+        unfill(curve, &factors);
+    }
     let fit_deviation = match (&allan, &estimate) {
         (Some(curve), Some(e)) => curve
             .tau_s
@@ -369,6 +374,16 @@ fn one_axis(
             health.dt_s,
         ),
         scatter: own.std,
+    }
+}
+
+/// Takes out of a curve what filling lost samples by lines made of it.
+fn unfill(curve: &mut Curve, factors: &[f64]) {
+    for (k, factor) in factors.iter().enumerate() {
+        curve.deviation[k] *= factor;
+        for end in [&mut curve.lower[k], &mut curve.upper[k]] {
+            *end = end.map(|v| v * factor);
+        }
     }
 }
 

@@ -23,6 +23,7 @@ use super::types::{
     GaussMarkovEstimate, NoiseTerms, Segment,
 };
 use realfft::RealFftPlanner;
+use std::ops::Range;
 use std::sync::Arc;
 
 const MOST_LINES: usize = 24;
@@ -269,7 +270,7 @@ fn transform(segments: &[Segment<'_>], step_s: f64, samples: usize) -> Option<Wo
         let mean = first + segment.samples.iter().map(|y| y - first).sum::<f64>() / n;
         means.push(mean);
         // Filled samples tell nothing of the mean that their neighbors do not.
-        let lost = segment.filled.iter().map(|r| r.len()).sum::<usize>();
+        let lost: usize = segment.filled.iter().map(Range::len).sum();
         let of_filled: f64 = segment
             .filled
             .iter()

@@ -6,6 +6,7 @@
 //! quantization noise. A filled log counts as n² / tr(D C D C) samples, C the covariance of filled white noise and D the
 //! inverse of its spectrum: what the likelihood's estimate of N really scatters by. Source: [Whittle1953] for the form.
 
+use super::bins::{BinnedLog, dot};
 use super::likelihood::{B, FIRST_GM, K, N, Parameters, Q};
 use super::spectra::{self, GaussMarkovShape};
 use super::types::Segment;
@@ -142,6 +143,30 @@ impl Fill {
             .collect()
     }
 
+    /// Covariances of filled white noise of variance `white` a sample and quantization noise of `quantization` (Q²/dt²).
+    pub(crate) fn white_covariances(&self, white: f64, quantization: f64) -> Vec<f64> {
+        let reach = self.mean.len() as isize - 1;
+        let own = |lag: isize| match lag.abs() {
+            0 => white + 2.0 * quantization,
+            1 => -quantization,
+            _ => 0.0,
+        };
+        let amplitude = |o: isize| self.mean[o.unsigned_abs()] + f64::from(u8::from(o == 0));
+        let scattered =
+            self.covariances(|s| white * variogram(N, s) + quantization * variogram(Q, s));
+        (0..scattered.len().max(2 * self.mean.len() + 2))
+            .map(|lag| {
+                let mut sum = scattered.get(lag).copied().unwrap_or(0.0);
+                for o in -reach..=reach {
+                    for p in -reach..=reach {
+                        sum += amplitude(o) * amplitude(p) * own(lag as isize + o - p);
+                    }
+                }
+                sum
+            })
+            .collect()
+    }
+
     /// The spectrum of filled noise from the covariances of the incoherent part and the spectrum before.
     fn spectrum(&self, before: f64, incoherent: &[f64], u: f64) -> f64 {
         self.transfer(u) * before + cosines(incoherent, u)
@@ -265,6 +290,59 @@ pub(crate) fn variogram(index: usize, s: usize) -> f64 {
         }
         K => 0.5 * x - 1.0 / 6.0,
         _ => 1.0,
+    }
+}
+
+/// What filling made of the spectrum in every bin of several logs, for terms whose shape is not known beforehand.
+#[derive(Debug, Clone)]
+pub(crate) struct FilledBins {
+    /// A² at the three nodes of every bin.
+    transfer: Vec<[f64; 3]>,
+    /// Factors of the variogram, `reach` a bin.
+    leak: Vec<f64>,
+    reach: usize,
+}
+
+impl FilledBins {
+    /// The bins of all logs; none where nothing was filled in any.
+    pub(crate) fn of(logs: &[&BinnedLog]) -> Option<Self> {
+        let fills = logs.iter().filter_map(|log| log.fill.as_deref());
+        let reach = fills.map(Fill::reach).max()?;
+        let mut out = Self {
+            transfer: Vec::new(),
+            leak: Vec::new(),
+            reach,
+        };
+        for log in logs {
+            for (u, nodes) in log.u.iter().zip(&log.nodes) {
+                // Of 4 sin²(πu) back to u.
+                let place = |node: f64| (0.5 * node.sqrt()).min(1.0).asin() / PI;
+                let fill = log.fill.as_ref();
+                let a2 = |node: f64| fill.map_or(1.0, |f| f.transfer(place(node)));
+                out.transfer.push(nodes.map(a2));
+                let mut row = fill.map_or(Vec::new(), |f| f.leak_weights(*u));
+                row.resize(reach, 0.0);
+                out.leak.extend(row);
+            }
+        }
+        Some(out)
+    }
+
+    /// What of a process passes coherently into bin `b`, from 4 sin²(πu) at its nodes.
+    pub(crate) fn coherent(&self, b: usize, shape: &GaussMarkovShape, nodes: [f64; 3]) -> f64 {
+        let [low, middle, high] = self.transfer[b];
+        (5.0 * low * shape.at(nodes[0])
+            + 8.0 * middle * shape.at(nodes[1])
+            + 5.0 * high * shape.at(nodes[2]))
+            / 18.0
+    }
+
+    /// Adds what the pattern scatters of a process.
+    pub(crate) fn add_scattered(&self, out: &mut [f64], shape: &GaussMarkovShape) {
+        let v: Vec<f64> = (0..self.reach).map(|s| shape.variogram(s)).collect();
+        for (out, leak) in out.iter_mut().zip(self.leak.chunks_exact(self.reach)) {
+            *out += dot(leak, &v);
+        }
     }
 }
 

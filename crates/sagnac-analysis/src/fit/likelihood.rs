@@ -5,7 +5,7 @@
 //! restricted likelihood.
 
 use super::bins::{BinnedLog, dot};
-use super::fill::Fill;
+use super::fill::FilledBins;
 use super::linear::{bounded_least_squares, cholesky, cholesky_solve, inverse};
 use super::spectra::GaussMarkovShape;
 use std::f64::consts::PI;
@@ -47,43 +47,6 @@ struct Ends {
     sign: Vec<f64>,
 }
 
-/// What filling made of the spectrum in every bin of logs of which any was filled.
-#[derive(Debug, Clone)]
-struct Filled {
-    /// A² at the three nodes of every bin.
-    transfer: [Vec<f64>; 3],
-    /// Factors of the variogram, `reach` a bin.
-    leak: Vec<f64>,
-    reach: usize,
-}
-
-impl Filled {
-    fn of(logs: &[&BinnedLog]) -> Option<Self> {
-        let reach = logs
-            .iter()
-            .filter_map(|log| log.fill.as_deref().map(Fill::reach))
-            .max()?;
-        let mut out = Self {
-            transfer: Default::default(),
-            leak: Vec::new(),
-            reach,
-        };
-        for log in logs {
-            for (u, nodes) in log.u.iter().zip(&log.nodes) {
-                for (all, node) in out.transfer.iter_mut().zip(nodes) {
-                    // Of 4 sin²(πu) back to u.
-                    let own = (0.5 * node.sqrt()).min(1.0).asin() / PI;
-                    all.push(log.fill.as_ref().map_or(1.0, |f| f.transfer(own)));
-                }
-                let mut row = log.fill.as_ref().map_or(Vec::new(), |f| f.leak_weights(*u));
-                row.resize(reach, 0.0);
-                out.leak.extend(row);
-            }
-        }
-        Some(out)
-    }
-}
-
 /// Bins of one or several logs with common noise terms.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
@@ -94,7 +57,7 @@ pub(crate) struct Problem {
     pub count: Arc<Vec<f64>>,
     /// What a coefficient of each bin counts.
     weight: Arc<Vec<f64>>,
-    filled: Option<Arc<Filled>>,
+    filled: Option<Arc<FilledBins>>,
     yy: Vec<f64>,
     basis: Arc<[Vec<f64>; 4]>,
     groups: Vec<Group>,
@@ -172,7 +135,7 @@ impl Problem {
             ends: Arc::new(ends),
             count: Arc::new(count),
             weight: Arc::new(weight),
-            filled: Filled::of(logs).map(Arc::new),
+            filled: FilledBins::of(logs).map(Arc::new),
             yy,
             basis: Arc::new(basis),
             groups,
@@ -286,17 +249,9 @@ impl Problem {
                         / 18.0
                 })
                 .collect(),
-            Some(filled) => {
-                let [a, m, z] = &filled.transfer;
-                (0..bins)
-                    .map(|b| {
-                        (5.0 * a[b] * shape.at(low[b])
-                            + 8.0 * m[b] * shape.at(middle[b])
-                            + 5.0 * z[b] * shape.at(high[b]))
-                            / 18.0
-                    })
-                    .collect()
-            }
+            Some(filled) => (0..bins)
+                .map(|b| filled.coherent(b, &shape, [low[b], middle[b], high[b]]))
+                .collect(),
         };
         // Expected over spectrum at the lowest coefficients: 1 − 2κ(1 − q)/(κ² + π²j²), κ = T/T_c, q = e^{−κ}(−1)^j.
         let ends = &*self.ends;
@@ -310,10 +265,7 @@ impl Problem {
             *phi *= 1.0 - 2.0 * kappa * (1.0 - decay * ends.sign[b]) / (kappa * kappa + ends.a2[b]);
         }
         if let Some(filled) = &self.filled {
-            let v: Vec<f64> = (0..filled.reach).map(|s| shape.variogram(s)).collect();
-            for (phi, leak) in out.iter_mut().zip(filled.leak.chunks_exact(filled.reach)) {
-                *phi += dot(leak, &v);
-            }
+            filled.add_scattered(&mut out, &shape);
         }
         out
     }

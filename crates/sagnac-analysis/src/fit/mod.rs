@@ -16,6 +16,7 @@ mod columns;
 mod dct;
 mod estimate;
 mod fill;
+mod filled_deviation;
 mod goodness;
 mod likelihood;
 mod linear;
@@ -30,6 +31,7 @@ mod terms;
 mod types;
 
 pub use estimate::estimate;
+pub use filled_deviation::filled_deviation;
 pub use pool::{PooledEstimate, bias_stability, estimate_pooled};
 
 pub use types::{
