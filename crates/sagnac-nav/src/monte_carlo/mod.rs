@@ -26,8 +26,8 @@ use unit::{BLOCK, EMPTY, Rows, Scratch, Unit, cholesky};
 
 /// Runs stepped together.
 const LANES: usize = 8;
-/// Samples of truth held at once.
-const SEGMENT: usize = 1 << 17;
+/// Samples of truth held at once: few enough for the cache that the groups of runs share.
+const SEGMENT: usize = 1 << 14;
 
 /// What a Monte Carlo is asked.
 #[derive(Debug, Clone, Copy)]
