@@ -2,7 +2,7 @@
 
 Usage: check_formats.py PATH_TO_SAGNAC
 
-Readers: rosbags, pyulog, pymavlink, SciPy, h5py, pyarrow, numpy. The files are testdata/logs, testdata/arrays and
+Readers: rosbags, pyulog, pymavlink, SciPy, h5py, pyarrow, numpy (also of KITTI's oxts folders). The files are testdata/logs, testdata/arrays and
 the recordings of $SAGNAC_DATA (else ../shared/data beside the workspace), which are skipped where they are not there.
 Numbers must be equal to the last bit, time stamps to the nanosecond. Resampling is compared with SciPy's filter.
 """
@@ -102,6 +102,28 @@ def dataflash(path, name="IMU", instance=None):
         if instance is None or m.I == instance:
             rows.append((m.TimeUS * 1000, m.GyrX, m.GyrY, m.GyrZ, m.AccX, m.AccY, m.AccZ))
     return np.array([r[0] for r in rows], "i8"), np.array([r[1:] for r in rows])
+
+
+def oxts(path):
+    """numpy: a file of 30 numbers a sample, the dates of all beside them; samples may be missing."""
+    dates = [line.strip().replace(" ", "T") for line in (path / "timestamps.txt").read_text().splitlines()]
+    files = sorted((path / "data").glob("*.txt"))
+    table = np.array([np.loadtxt(file) for file in files])
+    assert table.shape[1] == 30, table.shape
+    stamps = np.array([dates[int(file.stem)] for file in files], "datetime64[ns]").astype("i8")
+    return stamps, table[:, [17, 18, 19, 11, 12, 13]]
+
+
+def drawn_oxts(folder, rows=200, lost=(3, 4, 77)):
+    """A KITTI oxts folder of drawn numbers as that data set prints them, at 10 Hz with uneven stamps."""
+    rng = np.random.default_rng(20110926)
+    (folder / "data").mkdir()
+    steps = 100_000_000 + rng.integers(-9_000_000, 9_000_000, rows)
+    stamps = np.datetime64("2011-09-26T13:02:25.964389445") + np.cumsum(steps).astype("timedelta64[ns]")
+    (folder / "timestamps.txt").write_text("".join(str(t).replace("T", " ") + "\n" for t in stamps))
+    for k in set(range(rows)) - set(lost):
+        numbers = [f"{v:.13f}" for v in rng.normal(size=25) * 10.0] + ["4", "10", "4", "4", "0"]
+        (folder / "data" / f"{k:010}.txt").write_text(" ".join(numbers) + "\n")
 
 
 def compare(name, got, want):
@@ -208,6 +230,13 @@ for folder in sorted((DATA / "mpu6050-orientations/set-2").glob("*")):
         unit = "rad/s" if word == "gyro" else "m/s^2"
         check(folder / f"mpu6050_{file}.mat", buffer, "--columns",
               f"time={key}Buffer[0]:s, {word}={key}Buffer[1],{key}Buffer[2],{key}Buffer[3]:{unit}")
+
+check(real / "kitti-oxts", oxts)
+with tempfile.TemporaryDirectory() as folder:
+    folder = pathlib.Path(folder) / "oxts"
+    folder.mkdir()
+    drawn_oxts(folder)
+    check(folder, oxts)
 
 # What the program writes, by the others' readers.
 with tempfile.TemporaryDirectory() as folder:
