@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, ValueEnum, error::ErrorKind};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, Parser, ValueEnum};
 
 use crate::commands::Command;
 
@@ -114,16 +115,14 @@ pub(crate) fn explain(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::from(if asked { 0 } else { 2 });
     }
-    let error = negative_value(error).unwrap_or_else(|| usage_error(error));
+    let error = whole_number(error)
+        .or_else(|| negative_value(error))
+        .unwrap_or_else(|| usage_error(error));
     crate::context::fail(&error, None)
 }
 
-/// Options whose values are counts, rates or lengths of time.
-const NEVER_NEGATIVE: [&str; 10] = [
-    "--seed",
-    "--runs",
-    "--threads",
-    "--port",
+/// Options whose values are rates or lengths of time.
+const NEVER_NEGATIVE: [&str; 6] = [
     "--rate",
     "--resample",
     "--rest",
@@ -132,19 +131,62 @@ const NEVER_NEGATIVE: [&str; 10] = [
     "--taus",
 ];
 
+/// Options that take a whole number: from where on, and an example.
+const WHOLE_NUMBERS: [(&str, u64, u32); 4] = [
+    ("--seed", 0, 1),
+    ("--runs", 1, 100),
+    ("--threads", 1, 4),
+    ("--port", 1, 7700),
+];
+
+/// A value that is no whole number, or one that the option cannot take: `--seed=-1`, `--runs 1.5`.
+fn whole_number(error: &clap::Error) -> Option<sagnac::Error> {
+    let (option, value) = match error.kind() {
+        ErrorKind::ValueValidation => {
+            let text = |kind| match error.get(kind) {
+                Some(ContextValue::String(text)) => Some(text.clone()),
+                _ => None,
+            };
+            let option = text(ContextKind::InvalidArg)?;
+            let option = option.split_whitespace().next()?.to_owned();
+            (option, text(ContextKind::InvalidValue)?)
+        }
+        ErrorKind::UnknownArgument => negative_after_option(error)?,
+        _ => return None,
+    };
+    let (option, least, example) = WHOLE_NUMBERS
+        .into_iter()
+        .find(|(name, ..)| *name == option)?;
+    let is_whole = !value.is_empty() && value.bytes().all(|byte| byte.is_ascii_digit());
+    let to = match option {
+        _ if !is_whole => "on".to_owned(),
+        "--seed" => format!("to {}", u64::MAX),
+        "--port" => format!("to {}", u16::MAX),
+        "--threads" => "to 1024".to_owned(),
+        _ if std::env::args()
+            .nth(1)
+            .is_some_and(|command| command == "simulate") =>
+        {
+            "to 1000000".to_owned()
+        }
+        _ => format!("to {}", u32::MAX),
+    };
+    let shown: String = value.chars().take(40).collect();
+    Some(
+        sagnac::Error::usage(format!(
+            "{option} takes a whole number from {least} {to}, not `{shown}`"
+        ))
+        .at(format!("{option} {shown}"))
+        .advise(format!("write for instance {option} {example}")),
+    )
+}
+
 /// A negative value that was taken for an option: `--start '-1 s'`, `--seed -1`.
 fn negative_value(error: &clap::Error) -> Option<sagnac::Error> {
     if error.kind() != ErrorKind::UnknownArgument {
         return None;
     }
-    let words: Vec<String> = std::env::args().collect();
-    let (option, value) = words.windows(2).find_map(|pair| {
-        let is_negative = pair[1]
-            .strip_prefix('-')
-            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'));
-        (is_negative && pair[0].starts_with("--") && pair[0].len() > 2)
-            .then(|| (pair[0].clone(), pair[1].clone()))
-    })?;
+    let (option, value) = negative_after_option(error)?;
     let quoted = if value.contains(' ') {
         format!("'{value}'")
     } else {
@@ -167,6 +209,24 @@ fn negative_value(error: &clap::Error) -> Option<sagnac::Error> {
     )
 }
 
+/// The first option of the command line that a negative value follows.
+fn negative_after_option(error: &clap::Error) -> Option<(String, String)> {
+    // An option that the command does not have is another matter.
+    if let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidArg)
+        && unknown.starts_with("--")
+    {
+        return None;
+    }
+    let words: Vec<String> = std::env::args().collect();
+    words.windows(2).find_map(|pair| {
+        let is_negative = pair[1]
+            .strip_prefix('-')
+            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'));
+        (is_negative && pair[0].starts_with("--") && pair[0].len() > 2)
+            .then(|| (pair[0].clone(), pair[1].clone()))
+    })
+}
+
 /// The three lines of a usage error from clap's report of several paragraphs.
 fn usage_error(error: &clap::Error) -> sagnac::Error {
     let report = error.to_string();
@@ -186,10 +246,7 @@ fn usage_error(error: &clap::Error) -> sagnac::Error {
                 what.push(' ');
             }
             let line = line.trim_start_matches("error: ");
-            what.push_str(&line.replace(
-                "invalid digit found in string",
-                "a whole number from 0 on is wanted",
-            ));
+            what.push_str(line);
         } else if let Some(values) = line.strip_prefix("[possible values:") {
             tips.push(format!(
                 "write one of: {}",

@@ -240,17 +240,17 @@ fn time_that_tells_no_rate_is_named_with_its_file() {
 fn negative_values_are_told_from_options() {
     for (arguments, words) in [
         (
-            ["--start", "-1 s"],
+            &["info", "a.csv", "--start", "-1 s"][..],
             "write --start='-1 s' with =, or leave the minus out",
         ),
-        (["--rate", "-5 Hz"], "--rate must not be negative"),
-        (["--seed", "-1"], "--seed must not be negative"),
+        (
+            &["info", "a.csv", "--rate", "-5 Hz"],
+            "--rate must not be negative",
+        ),
+        // One that the command does not have.
+        (&["info", "a.csv", "--seed", "-1"], "'--seed' found"),
     ] {
-        let output = sagnac()
-            .args(["info", "a.csv"])
-            .args(arguments)
-            .output()
-            .unwrap();
+        let output = sagnac().args(arguments).output().unwrap();
         is_one_refusal(&output, words);
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(
@@ -258,6 +258,71 @@ fn negative_values_are_told_from_options() {
             "{stderr}"
         );
         assert_eq!(output.status.code(), Some(2));
+    }
+}
+
+#[test]
+fn numbers_that_an_option_cannot_take_are_told_with_what_it_takes() {
+    for (arguments, words) in [
+        (
+            &["--seed=-1"][..],
+            "--seed takes a whole number from 0 on, not `-1`",
+        ),
+        (&["--seed", "-1"], "write for instance --seed 1"),
+        (&["--seed", "1e9"], "from 0 on, not `1e9`"),
+        (
+            &["--seed", "99999999999999999999"],
+            "from 0 to 18446744073709551615, not `99999999999999999999`",
+        ),
+        (
+            &["--runs", "1.5"],
+            "--runs takes a whole number from 1 on, not `1.5`",
+        ),
+        (&["--runs", "9999999999"], "from 1 to 1000000, not"),
+        (&["--threads=many"], "write for instance --threads 4"),
+        (&["--rate=-1Hz"], "--rate must be positive"),
+    ] {
+        let output = sagnac()
+            .args([
+                "simulate",
+                "catalog:ADIS16470",
+                "--rest",
+                "1s",
+                "-o",
+                "a.csv",
+            ])
+            .args(arguments)
+            .output()
+            .unwrap();
+        is_one_refusal(&output, words);
+        let said = flat(&String::from_utf8_lossy(&output.stderr));
+        assert!(
+            said.contains(words) && !said.contains("invalid value"),
+            "{said}"
+        );
+        assert_eq!(output.status.code(), Some(2), "{said}");
+    }
+}
+
+#[test]
+fn a_window_shorter_than_two_samples_is_a_wrong_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("a.csv");
+    fs::write(&log, format!("{HEADER}{}", rows(0, 400))).unwrap();
+    for (window, words) in [
+        ("1us", "a window of 1 us is shorter than two samples"),
+        ("1h", "does not fit a log of"),
+    ] {
+        let output = sagnac()
+            .arg("allan")
+            .arg(&log)
+            .args(["--dynamic", window])
+            .output()
+            .unwrap();
+        is_one_refusal(&output, words);
+        let said = flat(&String::from_utf8_lossy(&output.stderr));
+        assert!(said.contains(words), "{said}");
+        assert_eq!(output.status.code(), Some(2), "{said}");
     }
 }
 

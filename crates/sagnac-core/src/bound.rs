@@ -263,7 +263,7 @@ pub enum CompensationError {
         /// ‖M‖ + the slope of the nonlinearity.
         mu_plus_nu: f64,
     },
-    /// A parameter of the model is infinite or NaN.
+    /// A parameter of the model, or a sum of its parameters, is infinite or NaN.
     NotFinite {
         /// Whose.
         sensor: Sensor,
@@ -289,7 +289,11 @@ impl core::fmt::Display for CompensationError {
                 sensor.name()
             ),
             Self::NotFinite { sensor } => {
-                write!(out, "a {} parameter is not a finite number", sensor.name())
+                write!(
+                    out,
+                    "a {} parameter is too large to reckon with, or no number",
+                    sensor.name()
+                )
             }
             Self::Interval { dt_s } => {
                 write!(out, "the sampling interval must be positive, got {dt_s} s")

@@ -157,7 +157,7 @@ impl<T: Real> Compensation<T> {
     /// output saturates).
     ///
     /// # Errors
-    /// [`CompensationError`]: I + M is singular, μ + ν ≥ 1, a parameter is not finite, or
+    /// [`CompensationError`]: I + M is singular, μ + ν ≥ 1, a parameter or a sum of them is not finite, or
     /// `dt_s` is not positive. A model between the bound and that is taken, and every sample
     /// gets [`flags::OUTSIDE_VALIDITY`](crate::flags::OUTSIDE_VALIDITY).
     pub fn new(model: &SensorModel<T>, dt_s: T) -> Result<Self, CompensationError> {

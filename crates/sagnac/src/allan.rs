@@ -25,6 +25,7 @@ use sagnac_analysis::{
 };
 use sagnac_log::health::{self, ChannelHealth, HealthOptions};
 use sagnac_log::{Block, Channel, Issue, Layout, Log, LogReader, Quantity};
+use sagnac_report::text::duration;
 
 use crate::Error;
 use crate::error::Kind;
@@ -222,6 +223,20 @@ fn exact(log: &Log, axes: &[usize], request: &AllanRequest) -> Result<AllanOutco
         issues: health.issues.clone(),
         notes: [log.layout.notes.as_slice(), &health.notes].concat(),
     };
+    if let Some(window_s) = request.dynamic_s
+        && (window_s / health.dt_s).round() < 2.0
+    {
+        return Err(Error::usage(format!(
+            "a window of {} is shorter than two samples, which are {} apart",
+            duration(window_s),
+            duration(health.dt_s)
+        ))
+        .at("--dynamic")
+        .advise(format!(
+            "choose a window of {} or longer",
+            duration(100.0 * health.dt_s)
+        )));
+    }
     let mut problem = None;
     for &k in axes {
         let (Some(channel), Some(sound)) = (log.layout.channels.get(k), health.channels.get(k))

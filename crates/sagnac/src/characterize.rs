@@ -496,6 +496,15 @@ fn pooled(
     Ok(axes)
 }
 
+/// A probability far out in the tail: below 1e-300 an `f64` no longer tells it from zero.
+fn tail(p: f64) -> String {
+    if p < 1e-300 {
+        "p < 1e-300".to_owned()
+    } else {
+        format!("p = {}", sagnac_report::text::general(p, 2))
+    }
+}
+
 fn note(outlier: &Outlier, axis: &str, logs: &[LogOutcome]) -> OutlierNote {
     let name = &logs[outlier.log].name;
     let text = match (outlier.term, outlier.ratio) {
@@ -504,8 +513,8 @@ fn note(outlier: &Outlier, axis: &str, logs: &[LogOutcome]) -> OutlierNote {
             term.symbol()
         ),
         _ => format!(
-            "{name}: {axis} does not fit the terms of all logs (p = {:.1e})",
-            outlier.p_value.unwrap_or(0.0)
+            "{name}: {axis} does not fit the terms of all logs ({})",
+            tail(outlier.p_value.unwrap_or(0.0))
         ),
     };
     OutlierNote {
@@ -538,5 +547,15 @@ impl Outcome {
     /// The page of the report.
     pub fn to_page(&self, facts: &PageFacts) -> sagnac_report::html::CharacterizePage {
         page::page(self, facts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_probability_that_no_number_holds_is_a_limit() {
+        assert_eq!(super::tail(0.0), "p < 1e-300");
+        assert_eq!(super::tail(3.06e-12), "p = 3.1e-12");
+        assert_eq!(super::tail(0.000_42), "p = 0.00042");
     }
 }

@@ -36,11 +36,15 @@ pub fn parse_at(text: &str, reference_temperature_c: f64) -> Result<At, Error> {
     const ADVICE: &str = "write for instance --at 'f=0 0 -9.81 m/s^2, w=10 0 0 deg/s, T=40 degC'";
     let mut at = level_at_rest(reference_temperature_c);
     let mut named: Vec<&str> = Vec::new();
-    for part in text
-        .split(',')
-        .map(str::trim)
-        .filter(|part| !part.is_empty())
-    {
+    // Commas part what is named, and may part its three numbers too.
+    let mut parts: Vec<String> = Vec::new();
+    for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+        match parts.last_mut().filter(|_| !part.contains('=')) {
+            Some(last) => *last = format!("{last} {part}"),
+            None => parts.push(part.to_owned()),
+        }
+    }
+    for part in parts.iter().map(String::as_str) {
         let wrong = |what: String| {
             Error::usage(what)
                 .at(format!("--at, {part}"))
@@ -119,9 +123,23 @@ pub struct ExplainOutcome {
 /// What each term adds to each axis at one input.
 ///
 /// # Errors
-/// A model that the core cannot take.
+/// A model that the core cannot take; an input whose cube is beyond every number.
 pub fn explain(model: &Model, at: &At) -> Result<ExplainOutcome, Error> {
     let core = model.to_core()?;
+    for (name, input) in [
+        ("f", at.specific_force),
+        ("w", at.angular_rate),
+        ("wdot", at.angular_acceleration),
+    ] {
+        // Terms go up to its cube, in units as small as deg/h.
+        if input.iter().any(|x| !(x.powi(3) * 1e6).is_finite()) {
+            return Err(Error::usage(format!(
+                "{name} is too large to reckon with: its cube is beyond every number"
+            ))
+            .at("--at")
+            .advise("look for a wrong power of ten"));
+        }
+    }
     let forward = Measurement::new(&core);
     let dt_s = 1.0 / model.sample_rate_hz().unwrap_or(100.0);
     let mut axes = Vec::new();
@@ -382,6 +400,8 @@ mod tests {
         assert!(page.contains("output less input"));
         assert!(parse_at("f=1 0 m/s^2", 25.0).is_err());
         assert!(parse_at("q=1", 25.0).is_err());
+        let parted = parse_at("f=1, 0, -9.81 m/s^2, w=10 0 -5 deg/s, T=40 degC", 25.0);
+        assert_eq!(parted.unwrap(), at);
         let twice = parse_at("T=30 degC, T=40 degC", 25.0).unwrap_err();
         assert!(twice.to_string().contains("given twice"));
     }

@@ -47,7 +47,12 @@ impl From<sagnac_nav::Error> for Error {
 
 impl From<sagnac_analysis::Error> for Error {
     fn from(error: sagnac_analysis::Error) -> Self {
-        gather(Self::data(error.to_string()), error.place(), error.advice())
+        let what = error.to_string();
+        let out = match &error {
+            sagnac_analysis::Error::WindowTooLong { .. } => Self::usage(what),
+            _ => Self::data(what),
+        };
+        gather(out, error.place(), error.advice())
     }
 }
 

@@ -75,7 +75,7 @@ impl EmitError {
     pub fn advice(&self) -> Option<String> {
         match self {
             Self::NoInverse(_) => Some(
-                "look for a wrong unit: scale_factor, misalignment and cross_axis are fractions".to_owned(),
+                "look for a wrong unit: scale_factor, asymmetry, misalignment and cross_axis are fractions, quadratic and cubic count at the end of the range".to_owned(),
             ),
             Self::OutsideBound { .. } => Some(
                 "the bound is mu + nu at most 1/3 and q at most 1/2; `sagnac correct MODEL LOG` works and flags every sample".to_owned(),

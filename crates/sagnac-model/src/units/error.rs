@@ -15,7 +15,19 @@ pub enum Error {
         /// How it may be written.
         example: Cow<'static, str>,
     },
-    /// `inf`, `nan`, or a value beyond the range of an `f64`.
+    /// A number, or its value in SI, beyond the range of an `f64`.
+    #[error(
+        "expected {expected}, got a number that is too large: \"{text}\" is beyond 1.8e308 in SI"
+    )]
+    TooLarge {
+        /// The text, cut to a readable length.
+        text: String,
+        /// The expected quantity in words.
+        expected: Cow<'static, str>,
+        /// How it may be written.
+        example: Cow<'static, str>,
+    },
+    /// `inf` or `nan`.
     #[error("expected {expected}, got a value that is not finite: \"{text}\"")]
     NotFinite {
         /// The text, cut to a readable length.
@@ -86,6 +98,7 @@ impl Error {
     pub fn advice(&self) -> Option<String> {
         let example = match self {
             Self::NotANumber { example, .. }
+            | Self::TooLarge { example, .. }
             | Self::NotFinite { example, .. }
             | Self::MissingUnit { example, .. }
             | Self::WrongDimension { example, .. } => example,
@@ -125,6 +138,7 @@ impl Error {
 
     pub(crate) fn with_text(mut self, wanted: &str) -> Self {
         let (Self::NotANumber { text, .. }
+        | Self::TooLarge { text, .. }
         | Self::NotFinite { text, .. }
         | Self::MissingUnit { text, .. }
         | Self::UnknownUnit { text, .. }

@@ -31,7 +31,7 @@ pub fn parse_with_unit(text: &str, dimension: Dimension) -> Result<(f64, Unit), 
     if value.is_finite() {
         Ok((value, unit))
     } else {
-        Err(not_finite(trimmed, dimension))
+        Err(too_large(trimmed, dimension))
     }
 }
 
@@ -56,7 +56,7 @@ pub fn parse_plain(text: &str) -> Result<f64, Error> {
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(not_finite(trimmed, Dimension::RATIO))
+        Err(too_large(trimmed, Dimension::RATIO))
     }
 }
 
@@ -99,7 +99,7 @@ pub fn parse_numbers(text: &str, dimension: Dimension) -> Result<Vec<f64>, Error
     if values.iter().all(|value| value.is_finite()) {
         Ok(values)
     } else {
-        Err(not_finite(trimmed, dimension))
+        Err(too_large(trimmed, dimension))
     }
 }
 
@@ -139,6 +139,14 @@ fn no_number(text: &str, dimension: Dimension) -> Error {
         return not_finite(text, dimension);
     }
     Error::NotANumber {
+        text: clip(text),
+        expected: dimension.words(),
+        example: dimension.example(),
+    }
+}
+
+fn too_large(text: &str, dimension: Dimension) -> Error {
+    Error::TooLarge {
         text: clip(text),
         expected: dimension.words(),
         example: dimension.example(),

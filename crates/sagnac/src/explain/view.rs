@@ -4,7 +4,7 @@ use sagnac_core::Sensor;
 use sagnac_report::html::{ExplainPage, Opening, RandomRow, Rich};
 use sagnac_report::plots::{ExplainPanel, explain_panels};
 use sagnac_report::svg::{Svg, page_number};
-use sagnac_report::text::{Document, general};
+use sagnac_report::text::{Document, fixed, general};
 use serde_json::{Value, json};
 
 use super::{AxisTerms, DEG, ExplainOutcome, G};
@@ -310,10 +310,11 @@ fn bar(term: &str, value: f64, per_column: f64) -> String {
         0
     };
     let marks = "#".repeat(length);
-    let number = if value.abs() >= 0.005 || value == 0.0 {
-        format!("{value:.2}")
-    } else {
-        general(value, 2)
+    let number = match value.abs() {
+        size if size >= 999_999.5 => format!("{value:.2e}"),
+        size if size >= 9_999.995 => fixed(value, 0),
+        size if size >= 0.005 || value == 0.0 => format!("{value:.2}"),
+        _ => general(value, 2),
     };
     let (left, right) = if value < 0.0 {
         (marks.as_str(), "")
