@@ -28,6 +28,22 @@ pub enum Stamp {
 }
 
 impl Stamp {
+    /// The stamp of row `k`, counted from 1, of a log without time: its interval of 1/rate ends k/rate after the start.
+    ///
+    /// ```
+    /// use sagnac_log::Stamp;
+    /// assert_eq!(Stamp::of_row(1, 100.0), Stamp::Nanoseconds(10_000_000));
+    /// assert_eq!(Stamp::of_row(2, 3.0), Stamp::Seconds(2.0 / 3.0));
+    /// ```
+    pub fn of_row(k: u64, rate_hz: f64) -> Self {
+        let period_ns = 1e9 / rate_hz;
+        if period_ns.fract() == 0.0 && period_ns < 1e12 {
+            Self::Nanoseconds((k as i64).saturating_mul(period_ns as i64))
+        } else {
+            Self::Seconds(k as f64 / rate_hz)
+        }
+    }
+
     /// The stamp in seconds, rounded to the nearest `f64` (an ulp is 0.24 µs for dates of today).
     pub fn seconds(self) -> f64 {
         match self {

@@ -59,15 +59,18 @@ pub fn convert(
     let mut given = GivenRate::of(reader.layout());
     if request.resample_hz.is_none() && !holds_increments {
         let mut layout = reader.layout().clone();
-        let said = set_covariances(&mut layout, request)?;
-        let mut writer = create(request.format, output, &layout)?;
         let mut block = Block::default();
-        while reader.read_block(&mut block)? {
+        let mut is_more = reader.read_block(&mut block)?;
+        let of_stamps = Cadence::of(&block.stamps).map(|cadence| 1.0 / cadence.dt_s);
+        let said = set_covariances(&mut layout, request, of_stamps)?;
+        let mut writer = create(request.format, output, &layout)?;
+        while is_more {
             watch.see(&block);
             if let Some(given) = &mut given {
                 block.stamps = given.stamps(&block.stamps);
             }
             writer.write_block(&block)?;
+            is_more = reader.read_block(&mut block)?;
         }
         let mut notes: Vec<String> = said.into_iter().chain(writer.finish()?).collect();
         watch.count(given, &mut notes);
@@ -87,7 +90,8 @@ pub fn convert(
         log.layout.covariances = None;
         notes.push(note);
     }
-    notes.extend(set_covariances(&mut log.layout, request)?);
+    let of_log = log.dt_s().ok().map(|dt_s| 1.0 / dt_s);
+    notes.extend(set_covariances(&mut log.layout, request, of_log)?);
     let mut writer = create(request.format, output, &log.layout)?;
     for block in log.blocks() {
         watch.see(&block);
@@ -108,7 +112,13 @@ pub fn convert(
 }
 
 /// Covariances of the messages from the model, if one was given, and the sentence about them.
-fn set_covariances(layout: &mut Layout, request: &ConvertRequest) -> Result<Option<String>, Error> {
+///
+/// Their rate is the log's, given or by its stamps, else the model's.
+fn set_covariances(
+    layout: &mut Layout,
+    request: &ConvertRequest,
+    of_stamps: Option<f64>,
+) -> Result<Option<String>, Error> {
     let Some(model) = &request.model else {
         return Ok(None);
     };
@@ -119,8 +129,9 @@ fn set_covariances(layout: &mut Layout, request: &ConvertRequest) -> Result<Opti
         .at("--model")
         .advise("write .mcap or .bag, or leave --model out"));
     }
-    layout.covariances = Some(ros_covariances(model, layout.rate_hz)?);
-    let rate = layout.rate_hz.or(model.sample_rate_hz());
+    let of_log = layout.rate_hz.or(of_stamps);
+    layout.covariances = Some(ros_covariances(model, of_log)?);
+    let rate = of_log.or(model.sample_rate_hz());
     Ok(Some(format!(
         "covariances are N² f of {} at {} Hz",
         model.name(),
@@ -265,9 +276,14 @@ impl ConvertOutcome {
             || self.layout.format.clone(),
             |t| format!("{t}, {}", self.layout.format),
         );
-        let samples = group_thousands(&self.samples.to_string());
+        let count = group_thousands(&self.samples.to_string());
+        let samples = if self.samples == 1 {
+            "sample"
+        } else {
+            "samples"
+        };
         d.paragraph(format!(
-            "{topic}: {samples} samples, {}, {} Hz.",
+            "{topic}: {count} {samples}, {}, {} Hz.",
             duration(self.duration_s),
             general(self.rate_hz, 6)
         ));

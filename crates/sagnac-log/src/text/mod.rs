@@ -45,6 +45,10 @@ impl TextTable {
             .read_to_end(&mut sample)
             .map_err(Error::read)?;
         refuse_binary(&sample)?;
+        if memchr::memchr(b'\n', &sample).is_none() && sample.contains(&b'\r') {
+            ends_by_newline(&mut sample);
+            reader = Box::new(LinesByReturn(reader));
+        }
         let dialect = dialect::sniff(&sample, got < SAMPLE)?;
         let euroc = euroc_columns(&dialect);
         let mut layout = RawLayout {
@@ -97,6 +101,23 @@ impl TextTable {
             chunks: None,
             threads,
         })
+    }
+}
+
+/// Text whose lines end by carriage returns alone (old Macs, terminal programs), with newlines in their place.
+struct LinesByReturn<R>(R);
+
+impl<R: Read> Read for LinesByReturn<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.0.read(buffer)?;
+        ends_by_newline(&mut buffer[..n]);
+        Ok(n)
+    }
+}
+
+fn ends_by_newline(text: &mut [u8]) {
+    for byte in text.iter_mut().filter(|byte| **byte == b'\r') {
+        *byte = b'\n';
     }
 }
 

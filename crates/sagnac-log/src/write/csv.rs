@@ -113,13 +113,9 @@ impl LogWriter for CsvWriter {
         while row < block.rows {
             self.buffer.clear();
             while row < block.rows && self.buffer.len() < 1 << 16 {
-                match block.stamps.get(row) {
-                    Some(stamp) => push_stamp(&mut self.buffer, stamp),
-                    None => push_number(
-                        &mut self.buffer,
-                        self.rows as f64 / self.rate_hz.unwrap_or(1.0),
-                    ),
-                }
+                let counted = || Stamp::of_row(self.rows + 1, self.rate_hz.unwrap_or(1.0));
+                let stamp = block.stamps.get(row).unwrap_or_else(counted);
+                push_stamp(&mut self.buffer, stamp);
                 for column in &self.columns {
                     self.buffer.push(b',');
                     match *column {

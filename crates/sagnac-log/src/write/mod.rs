@@ -11,7 +11,7 @@ mod ros;
 
 use std::io::{Seek, Write};
 
-use crate::{Error, Layout, LogWriter};
+use crate::{Block, Error, Layout, LogWriter, Quantity};
 
 /// A destination that can be completed afterwards (sizes in headers).
 pub trait WriteSeek: Write + Seek + Send {}
@@ -76,7 +76,7 @@ impl WriteFormat {
 
 /// A writer of `format` for logs of `layout`.
 ///
-/// Logs without time get one that counts from 0 at the layout's rate.
+/// Logs without time get one, [`crate::Stamp::of_row`]: the first row is at one interval of the layout's rate.
 ///
 /// # Errors
 /// What the operating system says; a layout without time and rate; increments that were not divided by dt.
@@ -95,7 +95,7 @@ pub fn create(
             c.name
         )));
     }
-    Ok(match format {
+    let writer: Box<dyn LogWriter> = match format {
         WriteFormat::Csv => Box::new(csv::CsvWriter::new(csv::Packed::Plain(output), layout)?),
         WriteFormat::CsvGzip => Box::new(csv::CsvWriter::new(csv::Packed::gzip(output), layout)?),
         WriteFormat::CsvZstd => Box::new(csv::CsvWriter::new(csv::Packed::zstd(output)?, layout)?),
@@ -105,7 +105,70 @@ pub fn create(
         WriteFormat::Parquet => Box::new(parquet::ParquetWriter::new(output, layout)),
         WriteFormat::Mcap => Box::new(mcap::McapWriter::new(output, layout)?),
         WriteFormat::Bag => Box::new(bag::BagWriter::new(output, layout)?),
+    };
+    // ROS messages have no room for further columns.
+    Ok(match format {
+        WriteFormat::Mcap | WriteFormat::Bag => writer,
+        _ => BeyondDigits::watch(writer, layout),
     })
+}
+
+/// From here on a float no longer tells every whole number from the next.
+const EVERY_WHOLE_NUMBER: f64 = 9_007_199_254_740_992.0;
+
+/// A writer that says which columns that are no sensor's hold whole numbers beyond 2^53: counts, identities and
+/// nanoseconds, of which a float keeps 16 digits.
+struct BeyondDigits {
+    writer: Box<dyn LogWriter>,
+    /// Place, name, and whether it holds such a number.
+    columns: Vec<(usize, String, bool)>,
+}
+
+impl BeyondDigits {
+    fn watch(writer: Box<dyn LogWriter>, layout: &Layout) -> Box<dyn LogWriter> {
+        let columns: Vec<_> = layout
+            .channels
+            .iter()
+            .enumerate()
+            .filter(|(_, channel)| channel.quantity == Quantity::Other)
+            .map(|(at, channel)| (at, channel.name.clone(), false))
+            .collect();
+        if columns.is_empty() {
+            return writer;
+        }
+        Box::new(Self { writer, columns })
+    }
+}
+
+impl LogWriter for BeyondDigits {
+    fn write_block(&mut self, block: &Block) -> Result<(), Error> {
+        for (at, _, is_beyond) in self.columns.iter_mut().filter(|column| !column.2) {
+            // Larger than any integer of 64 bits is no count.
+            *is_beyond = block.columns.get(*at).is_some_and(|column| {
+                let mut sizes = column.iter().map(|value| value.abs());
+                sizes.any(|size| (EVERY_WHOLE_NUMBER..2e19).contains(&size))
+            });
+        }
+        self.writer.write_block(block)
+    }
+
+    fn finish(self: Box<Self>) -> Result<Vec<String>, Error> {
+        let mut notes = self.writer.finish()?;
+        let beyond = self.columns.into_iter().filter(|column| column.2);
+        let names: Vec<String> = beyond.map(|(_, name, _)| format!("`{name}`")).collect();
+        if !names.is_empty() {
+            let columns = if names.len() == 1 {
+                "column"
+            } else {
+                "columns"
+            };
+            notes.push(format!(
+                "{columns} {}: whole numbers beyond 2^53 are rounded to the 16 digits of a float; from CSV to CSV they stay as they are",
+                names.join(", ")
+            ));
+        }
+        Ok(notes)
+    }
 }
 
 /// `name [unit]` of every column, time first.

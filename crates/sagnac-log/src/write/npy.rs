@@ -46,10 +46,9 @@ impl Rows {
     pub(super) fn bytes(&mut self, block: &Block) -> &[u8] {
         self.buffer.clear();
         for row in 0..block.rows {
-            let time = match block.stamps.get(row) {
-                Some(stamp) => self.clock.seconds(stamp),
-                None => self.written as f64 / self.rate_hz.unwrap_or(1.0),
-            };
+            let counted = || Stamp::of_row(self.written + 1, self.rate_hz.unwrap_or(1.0));
+            let stamp = block.stamps.get(row).unwrap_or_else(counted);
+            let time = self.clock.seconds(stamp);
             self.buffer.extend_from_slice(&time.to_le_bytes());
             for column in &block.columns {
                 self.buffer.extend_from_slice(&column[row].to_le_bytes());

@@ -142,9 +142,8 @@ impl LogWriter for ParquetWriter {
     fn write_block(&mut self, block: &Block) -> Result<(), Error> {
         if block.stamps.is_empty() {
             let rate = self.rate_hz.unwrap_or(1.0);
-            for k in 0..block.rows as u64 {
-                self.stamps
-                    .push(Stamp::Seconds((self.rows + k) as f64 / rate));
+            for k in 1..=block.rows as u64 {
+                self.stamps.push(Stamp::of_row(self.rows + k, rate));
             }
         } else {
             self.stamps.append(&block.stamps);

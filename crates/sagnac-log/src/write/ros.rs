@@ -48,16 +48,11 @@ impl ImuRows {
 
     /// Stamp [ns] and body (orientation to the last covariance, little-endian) of row `k`.
     pub(crate) fn row(&mut self, block: &Block, k: usize) -> Result<(u64, [u8; 296]), Error> {
-        let ns = match block.stamps.get(k) {
-            Some(Stamp::Nanoseconds(ns)) => Some(ns),
-            other => {
-                let s = match other {
-                    Some(stamp) => {
-                        self.rounded = true;
-                        stamp.seconds()
-                    }
-                    None => self.rows as f64 / self.rate_hz.unwrap_or(1.0),
-                };
+        let counted = || Stamp::of_row(self.rows + 1, self.rate_hz.unwrap_or(1.0));
+        let ns = match block.stamps.get(k).unwrap_or_else(counted) {
+            Stamp::Nanoseconds(ns) => Some(ns),
+            Stamp::Seconds(s) => {
+                self.rounded = true;
                 (s.is_finite() && s.abs() < 9e9).then(|| (s * 1e9).round() as i64)
             }
         };

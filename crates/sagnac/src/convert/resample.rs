@@ -2,6 +2,7 @@
 
 use sagnac_log::health::{self, HealthOptions};
 use sagnac_log::{Log, Stamp, Stamps};
+use sagnac_report::text::{duration, general};
 
 use crate::Error;
 
@@ -27,9 +28,22 @@ pub(super) fn resample(log: &Log, rate_hz: f64) -> Result<(Log, String), Error> 
     let ratio = 1.0 / (dt * rate_hz);
     let rows = log.rows as f64 / ratio;
     if rows > 1e10 {
-        return Err(
-            Error::usage(format!("{rate_hz} Hz would give {rows:.1e} samples")).at("--resample"),
-        );
+        return Err(Error::usage(format!(
+            "{} Hz would give {} samples",
+            general(rate_hz, 6),
+            general(rows, 2)
+        ))
+        .at("--resample")
+        .advise("choose a lower rate"));
+    }
+    if rows < 2.0 {
+        return Err(Error::usage(format!(
+            "a log of {} has no two samples at {} Hz",
+            duration(log.rows as f64 * dt),
+            general(rate_hz, 6)
+        ))
+        .at("--resample")
+        .advise("choose a higher rate"));
     }
     // In units of input samples: cutoff in cycles a sample.
     let cutoff = 0.45 * (1.0 / ratio).min(1.0);
@@ -46,7 +60,8 @@ pub(super) fn resample(log: &Log, rate_hz: f64) -> Result<(Log, String), Error> 
         ..Log::default()
     };
     out.layout.rate_hz = Some(rate_hz);
-    let origin = log.stamps.get(0);
+    // Without time the first row ends its interval at dt, as `Stamp::of_row` has it.
+    let origin = log.stamps.get(0).unwrap_or(Stamp::of_row(1, 1.0 / dt));
     let mut stamps = Stamps::default();
     for segment in &reference {
         let n = segment.range.len();
@@ -70,13 +85,12 @@ pub(super) fn resample(log: &Log, rate_hz: f64) -> Result<(Log, String), Error> 
                 column.push(sum / total);
             }
             let t = segment.start_s + k as f64 / rate_hz;
-            match origin {
-                Some(Stamp::Nanoseconds(ns)) => stamps.push(Stamp::Nanoseconds(
-                    ns.saturating_add((t * 1e9).round() as i64),
-                )),
-                Some(Stamp::Seconds(s)) => stamps.push(Stamp::Seconds(s + t)),
-                None => {}
-            }
+            stamps.push(match origin {
+                Stamp::Nanoseconds(ns) => {
+                    Stamp::Nanoseconds(ns.saturating_add((t * 1e9).round() as i64))
+                }
+                Stamp::Seconds(s) => Stamp::Seconds(s + t),
+            });
         }
         out.rows += new;
     }
@@ -87,9 +101,10 @@ pub(super) fn resample(log: &Log, rate_hz: f64) -> Result<(Log, String), Error> 
     }
     out.stamps = stamps;
     let note = format!(
-        "resampled from {:.6} Hz to {rate_hz} Hz, low-passed at {:.6} Hz against aliases; its noise above that is gone",
-        1.0 / dt,
-        cutoff / dt
+        "resampled from {} Hz to {} Hz, low-passed at {} Hz against aliases; its noise above that is gone",
+        general(1.0 / dt, 9),
+        general(rate_hz, 9),
+        general(cutoff / dt, 9)
     );
     Ok((out, note))
 }
