@@ -14,6 +14,7 @@ use sagnac::nav::trajectory::NAMES;
 use sagnac::nav::{Earth, Start, Trajectory, strapdown};
 use sagnac::simulate::TemperatureProfile;
 
+use crate::context::Context;
 use crate::inputs;
 use crate::quantities::{optional, positive, quantity};
 
@@ -185,19 +186,40 @@ fn own_name(column: &str) -> String {
     }
 }
 
+/// A word that can only be a file's name, but there is no such file.
+pub(crate) fn missing_path(name: &str) -> Option<Error> {
+    let is_name = !name.contains(['/', '\\', '.']);
+    (!is_name && !Path::new(name).exists()).then(|| {
+        Error::data(format!("there is no file {name}"))
+            .at(format!("--trajectory {name}"))
+            .advise(format!(
+                "check its name, or choose one of {}",
+                NAMES.join(", ")
+            ))
+    })
+}
+
 /// A named trajectory, or a file.
 pub(crate) fn trajectory(
     name: &str,
     start: &StartOptions,
     reference: &ReferenceOptions,
+    context: &Context,
 ) -> Result<Trajectory, Error> {
     let at = start.start()?;
+    if let Some(error) = missing_path(name) {
+        return Err(error);
+    }
     if NAMES.contains(&name) || !Path::new(name).exists() {
         return Trajectory::named(name, start.earth(), &at)
             .map_err(|e| Error::from(e).at(format!("--trajectory {name}")));
     }
     let log = reference.read(Path::new(name))?;
-    sagnac::path::trajectory_of_log(&log, name, start.earth(), &at)
+    let (trajectory, left_out) = sagnac::path::trajectory_of_log(&log, name, start.earth(), &at)?;
+    if let Some(sentence) = left_out {
+        context.warn(&sentence);
+    }
+    Ok(trajectory)
 }
 
 /// `--vertical`.
@@ -285,8 +307,8 @@ pub(crate) struct RunOptions {
 
 impl RunOptions {
     /// The motion.
-    pub(crate) fn trajectory(&self) -> Result<Trajectory, Error> {
-        trajectory(&self.trajectory, &self.start, &self.reference)
+    pub(crate) fn trajectory(&self, context: &Context) -> Result<Trajectory, Error> {
+        trajectory(&self.trajectory, &self.start, &self.reference, context)
     }
 
     /// What is corrected.

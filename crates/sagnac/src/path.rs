@@ -7,6 +7,7 @@ use sagnac_log::Log;
 use sagnac_model::units::{Dimension, Unit};
 use sagnac_nav::trajectory::{PathAttitude, PathData, PathPosition};
 use sagnac_nav::{Earth, Start, Trajectory};
+use sagnac_report::text::{general, group_thousands};
 
 use crate::Error;
 
@@ -57,6 +58,9 @@ fn column(
     Ok(None)
 }
 
+/// A longitude may run on past 360 deg, but not for ever: its digits end.
+const MOST_TURNS_RAD: f64 = 1e4;
+
 /// All columns of a group, or none.
 fn group<const N: usize>(
     log: &Log,
@@ -84,8 +88,17 @@ fn group<const N: usize>(
 /// The path and attitude that a log or a file of way points holds (navigation.md §1.3); rows with a NaN are left out.
 ///
 /// # Errors
-/// A file without positions, or with half a group of columns; a unit of another dimension.
+/// Those of [`path_with_gaps`].
 pub fn path(log: &Log, label: &str) -> Result<PathData, Error> {
+    path_with_gaps(log, label).map(|(data, _)| data)
+}
+
+/// As [`path`], with what was left out.
+///
+/// # Errors
+/// A file without positions, or with half a group of columns; a unit of another dimension; fewer than two rows that
+/// are left after others were left out.
+pub fn path_with_gaps(log: &Log, label: &str) -> Result<(PathData, Option<LeftOut>), Error> {
     let latitude = column(log, &["latitude"], Dimension::ANGLE, label)?;
     let longitude = column(log, &["longitude"], Dimension::ANGLE, label)?;
     let height = column(log, &["height"], Dimension::LENGTH, label)?;
@@ -116,7 +129,12 @@ pub fn path(log: &Log, label: &str) -> Result<PathData, Error> {
         Dimension::ANGLE,
         label,
     )?;
-    let time: Vec<f64> = (0..log.rows).map(|k| log.time_s(k)).collect();
+    // From the first stamp that is a number.
+    let stamps = || (0..log.stamps.len()).filter_map(|k| log.stamps.get(k));
+    let time: Vec<f64> = match stamps().find(|stamp| stamp.seconds().is_finite()) {
+        Some(origin) => stamps().map(|stamp| stamp.since(origin)).collect(),
+        None => (0..log.rows).map(|k| log.time_s(k)).collect(),
+    };
     let zip = |x: &[Vec<f64>; 3]| -> Vec<[f64; 3]> {
         (0..log.rows).map(|k| [x[0][k], x[1][k], x[2][k]]).collect()
     };
@@ -147,26 +165,42 @@ pub fn path(log: &Log, label: &str) -> Result<PathData, Error> {
         .at(format!("{label}, {} s", time[k]))
         .advise("give latitudes from -90 deg to 90 deg"));
     }
+    if !is_local && let Some(k) = positions.iter().position(|p| p[1].abs() > MOST_TURNS_RAD) {
+        return Err(Error::data(format!(
+            "the longitude {} deg is none",
+            general(positions[k][1].to_degrees(), 6)
+        ))
+        .at(format!("{label}, {} s", time[k]))
+        .advise("check the column and its unit"));
+    }
     let quaternions: Option<Vec<[f64; 4]>> = quaternion.map(|q| {
         (0..log.rows)
             .map(|k| [q[0][k], q[1][k], q[2][k], q[3][k]])
             .collect()
     });
     let angles = angles.as_ref().map(zip);
-    let keep: Vec<usize> = (0..log.rows)
-        .filter(|&k| {
-            time[k].is_finite()
-                && positions[k].iter().all(|x| x.is_finite())
-                && quaternions
-                    .as_ref()
-                    .is_none_or(|q| q[k].iter().all(|x| x.is_finite()))
-                && angles
-                    .as_ref()
-                    .is_none_or(|a| a[k].iter().all(|x| x.is_finite()))
-        })
-        .collect();
+    let sound = |row: &[f64]| row.iter().all(|x| x.is_finite());
+    // What a row lacks, if anything.
+    let lacks = |k: usize| {
+        if !time[k].is_finite() {
+            Some("time")
+        } else if !sound(&positions[k]) {
+            Some("position")
+        } else if quaternions.as_ref().is_some_and(|q| !sound(&q[k]))
+            || angles.as_ref().is_some_and(|a| !sound(&a[k]))
+        {
+            Some("attitude")
+        } else {
+            None
+        }
+    };
+    let keep: Vec<usize> = (0..log.rows).filter(|&k| lacks(k).is_none()).collect();
+    let left_out = LeftOut::of(log, &time, &keep, &lacks);
+    if let Some(left_out) = left_out.as_ref().filter(|_| keep.len() < 2) {
+        return Err(left_out.error(label, keep.len()));
+    }
     let pick = |x: &[[f64; 3]]| -> Vec<[f64; 3]> { keep.iter().map(|&k| x[k]).collect() };
-    Ok(PathData {
+    let data = PathData {
         time_s: keep.iter().map(|&k| time[k]).collect(),
         position: if is_local {
             PathPosition::Local(pick(&positions))
@@ -178,10 +212,85 @@ pub fn path(log: &Log, label: &str) -> Result<PathData, Error> {
             (None, Some(a)) => PathAttitude::RollPitchHeading(pick(&a)),
             _ => PathAttitude::Coordinated,
         },
-    })
+    };
+    Ok((data, left_out))
 }
 
-/// The trajectory along the path of a log; local axes are tangent at `start`.
+/// Rows of a path that hold no number where one is needed, and are left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// How many.
+    pub count: usize,
+    /// Of how many.
+    pub rows: usize,
+    /// The first of them, from 1.
+    pub first_row: usize,
+    /// Its time from the path's first row, s; none where that is what it lacks.
+    pub first_s: Option<f64>,
+    /// What the first lacks: time, position or attitude.
+    pub lacks: &'static str,
+    /// The longest time between two rows that are left, s.
+    pub longest_s: f64,
+}
+
+impl LeftOut {
+    fn of(
+        log: &Log,
+        time_s: &[f64],
+        keep: &[usize],
+        lacks: &dyn Fn(usize) -> Option<&'static str>,
+    ) -> Option<Self> {
+        let (first, lacks) = (0..log.rows).find_map(|k| Some((k, lacks(k)?)))?;
+        let steps = keep
+            .windows(2)
+            .map(|pair| time_s[pair[1]] - time_s[pair[0]]);
+        Some(Self {
+            count: log.rows - keep.len(),
+            rows: log.rows,
+            first_row: first + 1,
+            first_s: Some(time_s[first]).filter(|t| t.is_finite()),
+            lacks,
+            longest_s: steps.fold(0.0, f64::max),
+        })
+    }
+
+    /// Where the first is.
+    fn place(&self) -> String {
+        let row = group_thousands(&self.first_row.to_string());
+        self.first_s.map_or_else(
+            || format!("row {row}"),
+            |t| format!("row {row} at {} s", general(t, 9)),
+        )
+    }
+
+    /// How many rows of the path called `label` are left out, and the first.
+    pub fn sentence(&self, label: &str) -> String {
+        let [count, rows] = [self.count, self.rows].map(|n| group_thousands(&n.to_string()));
+        let left_out = match self.count {
+            1 => "is left out,",
+            _ => "are left out, the first is",
+        };
+        format!(
+            "{count} of {rows} rows of {label} {left_out} {}, which has no number for the {}: the points are up to {} s apart",
+            self.place(),
+            self.lacks,
+            general(self.longest_s, 4),
+        )
+    }
+
+    fn error(&self, label: &str, left: usize) -> Error {
+        let left = if left == 0 { "none" } else { "only one" };
+        Error::data(format!(
+            "a path needs at least two points, and {left} of its {} rows has numbers for time, position and attitude",
+            group_thousands(&self.rows.to_string())
+        ))
+        .at(format!("{label}, {}: no {}", self.place(), self.lacks))
+        .advise("fill the cells in, or leave out a column that holds no numbers")
+    }
+}
+
+/// The trajectory along the path of a log, and the sentence on rows that were left out; local axes are tangent at
+/// `start`.
 ///
 /// # Errors
 /// Those of [`path`] and of [`sagnac_nav::trajectory::Path::new`], with the log's name.
@@ -190,8 +299,9 @@ pub fn trajectory_of_log(
     label: &str,
     earth: Earth,
     start: &Start,
-) -> Result<Trajectory, Error> {
-    let data = path(log, label)?;
-    Trajectory::from_path(label, earth, start, &data)
-        .map_err(|error| Error::from(error).at(label.to_owned()))
+) -> Result<(Trajectory, Option<String>), Error> {
+    let (data, left_out) = path_with_gaps(log, label)?;
+    let trajectory = Trajectory::from_path(label, earth, start, &data)
+        .map_err(|error| Error::from(error).at(label.to_owned()))?;
+    Ok((trajectory, left_out.map(|rows| rows.sentence(label))))
 }

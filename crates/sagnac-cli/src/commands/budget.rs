@@ -71,10 +71,11 @@ impl Common {
         limit_m: f64,
         after_s: f64,
         confirm: bool,
+        context: &Context,
     ) -> Result<BudgetOutcome, Error> {
         let catalogue = self.catalog.open()?;
         let model = model.map(inputs::model).transpose()?;
-        let trajectory = self.run.trajectory()?;
+        let trajectory = self.run.trajectory(context)?;
         budget(&BudgetRequest {
             model: model.as_ref(),
             rate_hz: self
@@ -108,6 +109,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         limit_m,
         after_s,
         args.confirm,
+        context,
     )?;
     for warning in outcome.warnings() {
         context.warn(&warning);

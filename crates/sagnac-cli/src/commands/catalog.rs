@@ -160,7 +160,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             let after_s = positive("--drift", time.trim(), Dimension::TIME)?;
             let outcome = search
                 .common
-                .ask(None, Figure::Cep, limit_m, after_s, false)?;
+                .ask(None, Figure::Cep, limit_m, after_s, false, context)?;
             context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Show(show) => {

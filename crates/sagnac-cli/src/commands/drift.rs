@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .as_deref()
         .map(|p| Output::claim(p, "-o", args.force))
         .transpose()?;
-    let trajectory = args.run.trajectory()?;
+    let trajectory = args.run.trajectory(context)?;
     let model = inputs::model(&args.model)?;
     let temperature = args
         .run

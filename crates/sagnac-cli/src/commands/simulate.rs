@@ -20,7 +20,7 @@ use sagnac::simulate::{MotionSource, SimulateRequest, Sinks, simulate as run_sim
 
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
-use crate::motion::{ReferenceOptions, temperature_profile};
+use crate::motion::{ReferenceOptions, missing_path, temperature_profile};
 use crate::outputs::{Output, publish_all, refuse_without_room, size};
 use crate::quantities::{positive, quantity};
 
@@ -213,6 +213,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .transpose()?;
     let model = inputs::model(&args.model)?;
     let trajectory;
+    let mut left_out = None;
     let motion = if let Some(path) = &args.motion.inputs {
         if let Some(option) = args.start_at.given() {
             return Err(
@@ -228,7 +229,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             open: Box::new(move || Ok(options.open_whole(&path, format)?.0)),
         }
     } else {
-        trajectory = trajectory_of(args, &start)?;
+        (trajectory, left_out) = trajectory_of(args, &start)?;
         MotionSource::Trajectory {
             trajectory: &trajectory,
             start,
@@ -287,6 +288,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         },
     )?;
     drop(progress);
+    outcome.warnings.splice(0..0, left_out);
     let name = |output: &SharedOutput| output.lock().as_ref().map(Output::name).unwrap_or_default();
     outcome.files = logs.iter().map(name).collect();
     outcome.truth_files = truths.iter().map(name).collect();
@@ -391,18 +393,22 @@ fn check_log_options(args: &Args) -> Result<(), Error> {
     }
 }
 
-/// `--rest`, or `--trajectory` by name or file.
-fn trajectory_of(args: &Args, start: &Start) -> Result<Trajectory, Error> {
+/// `--rest`, or `--trajectory` by name or file, with the sentence on rows of the file that were left out.
+fn trajectory_of(args: &Args, start: &Start) -> Result<(Trajectory, Option<String>), Error> {
     let name = args.motion.trajectory.as_deref().unwrap_or("rest");
     let path = Path::new(name);
+    if let Some(error) = missing_path(name) {
+        return Err(error);
+    }
     if NAMES.contains(&name) || !(path.exists() || name == "-") {
-        return Trajectory::named(name, Earth::Wgs84, start).map_err(|error| {
+        let trajectory = Trajectory::named(name, Earth::Wgs84, start).map_err(|error| {
             let error = Error::from(error);
             Error {
                 kind: sagnac::Kind::Usage,
                 ..error
             }
-        });
+        })?;
+        return Ok((trajectory, None));
     }
     let log = args.reference.read(path)?;
     trajectory_of_log(&log, name, Earth::Wgs84, start)

@@ -47,6 +47,9 @@ impl Default for Start {
     }
 }
 
+/// More turns than an angle is given with: its digits end.
+const MOST_TURNS: f64 = 1000.0;
+
 impl Start {
     fn check(&self) -> Result<(), Error> {
         let out = |quantity, value: String, expected| {
@@ -61,29 +64,43 @@ impl Start {
         {
             return out(
                 "latitude",
-                format!("{} deg", self.latitude_rad.to_degrees()),
+                in_few_digits(self.latitude_rad.to_degrees(), "deg"),
                 "-90 to 90 deg",
             );
         }
-        if !(self.longitude_rad.is_finite()
-            && self.heading_rad.is_finite()
-            && self.roll_rad.is_finite()
-            && self.pitch_rad.is_finite())
-        {
-            return out(
-                "start angle",
-                "not a finite number".to_owned(),
-                "a finite angle",
-            );
+        for (quantity, angle) in [
+            ("longitude", self.longitude_rad),
+            ("heading", self.heading_rad),
+            ("roll", self.roll_rad),
+            ("pitch", self.pitch_rad),
+        ] {
+            let turns = angle.abs() / std::f64::consts::TAU;
+            if turns.is_nan() || turns > MOST_TURNS {
+                return out(
+                    quantity,
+                    in_few_digits(angle.to_degrees(), "deg"),
+                    "-360 000 to 360 000 deg",
+                );
+            }
         }
         if !(self.height_m >= -500.0 && self.height_m <= 1e8) {
             return out(
                 "height",
-                format!("{} m", self.height_m),
+                in_few_digits(self.height_m, "m"),
                 "-500 m to 100 000 km",
             );
         }
         Ok(())
+    }
+}
+
+/// A value with its unit in at most 12 digits; what is beyond all measure in powers of ten.
+fn in_few_digits(value: f64, unit: &str) -> String {
+    let value = format!("{value:.11e}").parse().unwrap_or(value);
+    if value.abs() < 1e12 {
+        format!("{value} {unit}")
+    } else {
+        format!("{value:e} {unit}")
     }
 }
 
@@ -285,7 +302,7 @@ impl Trajectory {
         if !(duration_s > 0.0 && duration_s <= 3.2e8) {
             return Err(Error::OutOfRange {
                 quantity: "duration",
-                value: format!("{duration_s} s"),
+                value: in_few_digits(duration_s, "s"),
                 expected: "more than zero and at most ten years",
             });
         }

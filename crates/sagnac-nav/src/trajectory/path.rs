@@ -227,7 +227,29 @@ impl Path {
         Ok(path)
     }
 
+    /// Refuses a jump where it is: the spline through it swings far to both sides.
+    fn check_steps(&self, time_s: &[f64]) -> Result<(), Error> {
+        for pair in time_s.windows(2) {
+            let [from, to] = [pair[0], pair[1]];
+            let way_m = norm(sub(self.position.at(to)[0], self.position.at(from)[0]));
+            let speed = way_m / (to - from);
+            if speed.is_nan() || speed > SPEED_LIMIT_M_S {
+                return Err(bad(
+                    format!(
+                        "the path goes {} in {} s, faster than {SPEED_LIMIT_M_S} m/s",
+                        super::in_few_digits((way_m * 10.0).round() / 10.0, "m"),
+                        to - from
+                    ),
+                    Some(to + self.first_s),
+                    "check the path for jumps and its units",
+                ));
+            }
+        }
+        Ok(())
+    }
+
     fn check(&self, time_s: &[f64]) -> Result<(), Error> {
+        self.check_steps(time_s)?;
         for (i, &t) in time_s.iter().enumerate() {
             let middle = time_s.get(i + 1).map(|next| 0.5 * (t + next));
             for t in std::iter::once(t).chain(middle) {
