@@ -101,7 +101,7 @@ pub fn correct(
         Error::data(error.to_string())
             .at(model.label().to_owned())
             .advise(
-                "look for a wrong unit: scale_factor, misalignment and cross_axis are fractions",
+                "look for a wrong unit: scale_factor, asymmetry, misalignment and cross_axis are fractions, quadratic and cubic count at the end of the range",
             )
     })?;
     if let Some(bound) = inverse.bound().filter(|bound| !bound.is_inside()) {

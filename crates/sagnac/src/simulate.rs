@@ -15,7 +15,7 @@ pub(crate) use source::Channels;
 pub(crate) use temperature::ABSOLUTE_ZERO_C;
 pub use temperature::TemperatureProfile;
 
-use sagnac_log::{Block, Cadence, Channel, Layout, Log, LogReader, LogWriter};
+use sagnac_log::{Block, Cadence, Channel, Layout, Log, LogReader, LogWriter, TextColumn};
 use sagnac_model::Model;
 use sagnac_nav::{Start, Trajectory};
 use sagnac_noise::TermSet;
@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 
 use crate::Error;
 use run::{Recipe, Run};
-use source::{LogSource, Plan, TrajectorySource, TruthRows, TruthSource};
+use source::{LogSource, Peeked, Plan, TrajectorySource, TruthRows, TruthSource};
 
 /// The flicker's slow end where the length of the input is not known: that of a day.
 const UNKNOWN_LENGTH_S: f64 = 86_400.0;
@@ -332,6 +332,7 @@ fn plan(
                 100.0
             });
             trajectory.check_duration(*duration_s)?;
+            words::warn_of_height(trajectory, *duration_s, outcome);
             let samples = (*duration_s * plan.rate_hz).round();
             if samples > MOST_SAMPLES {
                 return Err(Error::usage(format!(
@@ -385,7 +386,10 @@ fn plan(
                 plan.overridden_dt_s = asked
                     .filter(|_| log.layout().has_time)
                     .map(|rate| stamps_dt_s.unwrap_or(1.0 / rate));
-                plan.keep_others(log.layout());
+                let left_out = plan.keep_others(log.layout());
+                if !left_out.is_empty() {
+                    outcome.notes.push(words::of_another_run(&left_out, label));
+                }
                 if log.layout().index("gyro_rate_x").is_some() {
                     outcome.notes.push(format!(
                             "gyro_rate_* of {label} are truth that the sensor does not measure: --truth writes them"
@@ -487,46 +491,6 @@ fn log_rate(
     }
 }
 
-/// A reader whose first block has been looked at.
-struct Peeked {
-    reader: Box<dyn LogReader>,
-    first: Option<Block>,
-}
-
-impl Peeked {
-    /// The reader, and what the stamps of its first rows tell.
-    fn new(mut reader: Box<dyn LogReader>) -> Result<(Self, Option<Cadence>), Error> {
-        let mut block = Block::with_columns(reader.layout().channels.len());
-        if !reader.read_block(&mut block)? || block.rows == 0 {
-            return Err(Error::data("the log has no samples"));
-        }
-        let cadence = Cadence::of(&block.stamps);
-        Ok((
-            Self {
-                reader,
-                first: Some(block),
-            },
-            cadence,
-        ))
-    }
-}
-
-impl LogReader for Peeked {
-    fn layout(&self) -> &Layout {
-        self.reader.layout()
-    }
-
-    fn read_block(&mut self, block: &mut Block) -> Result<bool, sagnac_log::Error> {
-        match self.first.take() {
-            Some(first) => {
-                *block = first;
-                Ok(true)
-            }
-            None => self.reader.read_block(block),
-        }
-    }
-}
-
 /// Columns of the output and of the truth.
 fn layouts(plan: &Plan, channels: &Channels, request: &SimulateRequest<'_>) -> Layouts {
     let mut log = Layout {
@@ -557,8 +521,11 @@ fn layouts(plan: &Plan, channels: &Channels, request: &SimulateRequest<'_>) -> L
     log.channels
         .extend(plan.others.iter().map(|(_, channel)| channel.clone()));
     let place = log.channels.len();
-    log.texts.clone_from(&plan.texts);
-    log.texts.iter_mut().for_each(|text| text.place = place);
+    log.texts
+        .extend(plan.texts.iter().map(|(_, text)| TextColumn {
+            place,
+            ..text.clone()
+        }));
     if channels.rate.is_some() {
         for axis in axes {
             named(&mut truth, &format!("gyro_rate_{axis}"));

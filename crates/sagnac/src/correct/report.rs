@@ -36,10 +36,11 @@ impl CorrectOutcome {
                 format!("{} g", general(span.at / 9.80665, 5))
             };
             out.push(format!(
-                "{}  saturated  {}  {} samples at {level}",
+                "{}  saturated  {}  {} {} at {level}",
                 span.axis,
                 clock_span(span.start_s, span.end_s),
-                span.count
+                span.count,
+                if span.count == 1 { "sample" } else { "samples" }
             ));
         }
         if self.more_spans > 0 {
@@ -65,8 +66,13 @@ impl CorrectOutcome {
     pub fn document(&self) -> Document {
         let mut out = Document::new();
         out.paragraph(format!(
-            "Corrected {} samples, {}.",
+            "Corrected {} {}, {}.",
             group_thousands(&self.samples.to_string()),
+            if self.samples == 1 {
+                "sample"
+            } else {
+                "samples"
+            },
             duration(self.duration_s)
         ));
         let mut table = Table::new(&["channel", "mean change", "largest change", "unit"], &[]);

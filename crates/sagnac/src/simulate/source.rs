@@ -57,7 +57,16 @@ pub(super) struct Plan {
     pub(super) cadence: Option<Cadence>,
     /// Channels of a log that are no sensor's, with their places in it.
     pub(super) others: Vec<(usize, Channel)>,
-    pub(super) texts: Vec<TextColumn>,
+    /// Its columns of text, likewise.
+    pub(super) texts: Vec<(usize, TextColumn)>,
+}
+
+/// Whether a column tells of the run that wrote the log: in the output of another it would be untrue.
+fn is_of_a_run(name: &str) -> bool {
+    name == "flags"
+        || ["bias_gyro_", "bias_accel_"]
+            .iter()
+            .any(|of| name.starts_with(of))
 }
 
 impl Plan {
@@ -70,23 +79,35 @@ impl Plan {
         RowClock::new(self.dt_s(), self.overridden_dt_s, self.cadence)
     }
 
-    /// The columns of a log that are handed on.
-    pub(super) fn keep_others(&mut self, layout: &Layout) {
+    /// Fixes the columns of a log that are handed on, and names those that are not: biases and flags of
+    /// the run that wrote it.
+    pub(super) fn keep_others(&mut self, layout: &Layout) -> Vec<String> {
+        let mut left_out = Vec::new();
+        let mut keeps = |name: &str| {
+            let keeps = !is_of_a_run(name);
+            if !keeps {
+                left_out.push(name.to_owned());
+            }
+            keeps
+        };
         let others = layout.channels.iter().enumerate();
         self.others = others
-            .filter(|(_, channel)| channel.quantity == Quantity::Other)
+            .filter(|(_, channel)| channel.quantity == Quantity::Other && keeps(&channel.name))
             .map(|(at, channel)| (at, channel.clone()))
             .collect();
-        self.texts.clone_from(&layout.texts);
+        let texts = layout.texts.iter().enumerate();
+        self.texts = texts
+            .filter(|(_, text)| {
+                let name = text.header.split('[').next().unwrap_or_default();
+                keeps(name.trim_matches([' ', '"']))
+            })
+            .map(|(at, text)| (at, text.clone()))
+            .collect();
+        left_out
     }
 
     fn stamp(&self, k: u64) -> Stamp {
-        let period = 1e9 / self.rate_hz;
-        if period.fract() == 0.0 && period < 1e12 {
-            Stamp::Nanoseconds((k as i64).saturating_mul(period as i64))
-        } else {
-            Stamp::Seconds(k as f64 / self.rate_hz)
-        }
+        Stamp::of_row(k, self.rate_hz)
     }
 
     fn mean_temperature(&self, from_s: f64, to_s: f64, end_s: f64) -> f64 {
@@ -415,12 +436,55 @@ impl TruthSource for LogSource {
             to.clear();
             to.extend_from_slice(&self.columns[*at][range.clone()]);
         }
-        rows.texts.clone_from(&self.texts);
+        rows.texts.clear();
+        let texts = self.plan.texts.iter();
+        rows.texts
+            .extend(texts.filter_map(|(at, _)| self.texts.get(*at)).cloned());
         rows.texts.iter_mut().for_each(|t| t.keep(range.clone()));
         rows.motion.clear();
         rows.is_constant = false;
         self.next += count;
         Ok(true)
+    }
+}
+
+/// A reader whose first block has been looked at.
+pub(super) struct Peeked {
+    reader: Box<dyn LogReader>,
+    first: Option<Block>,
+}
+
+impl Peeked {
+    /// The reader, and what the stamps of its first rows tell.
+    pub(super) fn new(mut reader: Box<dyn LogReader>) -> Result<(Self, Option<Cadence>), Error> {
+        let mut block = Block::with_columns(reader.layout().channels.len());
+        if !reader.read_block(&mut block)? || block.rows == 0 {
+            return Err(Error::data("the log has no samples"));
+        }
+        let cadence = Cadence::of(&block.stamps);
+        Ok((
+            Self {
+                reader,
+                first: Some(block),
+            },
+            cadence,
+        ))
+    }
+}
+
+impl LogReader for Peeked {
+    fn layout(&self) -> &Layout {
+        self.reader.layout()
+    }
+
+    fn read_block(&mut self, block: &mut Block) -> Result<bool, sagnac_log::Error> {
+        match self.first.take() {
+            Some(first) => {
+                *block = first;
+                Ok(true)
+            }
+            None => self.reader.read_block(block),
+        }
     }
 }
 

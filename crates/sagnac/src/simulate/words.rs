@@ -5,12 +5,36 @@ use std::collections::BTreeMap;
 use sagnac_core::{Output, Sensor};
 use sagnac_model::Model;
 use sagnac_model::units::Dimension;
+use sagnac_nav::{Earth, Trajectory};
 use sagnac_report::text::{duration, general, group_thousands};
 
 use crate::clock::RowClock;
 
 use super::run::Recipe;
 use super::{MotionSource, SimulateOutcome, SimulateRequest};
+
+/// Columns of a log of truth that tell of the run that wrote it.
+pub(super) fn of_another_run(names: &[String], label: &str) -> String {
+    let mut groups: Vec<String> = names
+        .iter()
+        .map(|name| {
+            let axis = ["_x", "_y", "_z"]
+                .iter()
+                .find_map(|of| name.strip_suffix(of));
+            axis.map_or_else(|| name.clone(), |group| format!("{group}_*"))
+        })
+        .collect();
+    groups.dedup();
+    let of_truth = if groups.iter().any(|group| group != "flags") {
+        ", and --truth writes those of this run"
+    } else {
+        ""
+    };
+    format!(
+        "{} of {label} tell of the run that wrote it: left out{of_truth}",
+        groups.join(" and ")
+    )
+}
 
 /// A term of either sensor: its name, whether the model has it, and the name in `--noise` if it is random.
 struct Named {
@@ -194,8 +218,13 @@ pub(super) fn describe(
         String::new()
     };
     outcome.headline = format!(
-        "{name} {place}: {each}{} samples, {}.",
+        "{name} {place}: {each}{} {}, {}.",
         group_thousands(&outcome.samples.to_string()),
+        if outcome.samples == 1 {
+            "sample"
+        } else {
+            "samples"
+        },
         duration(outcome.duration_s)
     );
     let sensors: Vec<(Sensor, Vec<Named>)> = Sensor::ALL
@@ -330,6 +359,36 @@ pub(super) fn warn_of_terms(
         outcome.notes.push(format!(
             "only upper limits are known, simulated as zero: {}",
             names.join(", ")
+        ));
+    }
+}
+
+/// From this error of gravity on, as a part of it, a height is told: as much as the bias of a good accelerometer.
+const GRAVITY_ERROR: f64 = 1e-4;
+
+/// Warns of heights at which the formula of gravity, of second order in the height, no longer holds.
+pub(super) fn warn_of_height(
+    trajectory: &Trajectory,
+    duration_s: f64,
+    outcome: &mut SimulateOutcome,
+) {
+    const LOOKS: u32 = 1000;
+    let height_m = (0..=LOOKS)
+        .map(|k| trajectory.at(duration_s * f64::from(k) / f64::from(LOOKS)))
+        .map(|point| point.place.height_m)
+        .fold(f64::NEG_INFINITY, f64::max);
+    // Beside the inverse square, which the formula expands.
+    let h = height_m / Earth::Wgs84.semi_major_m();
+    let error = (1.0 - 2.0 * h + 3.0 * h * h) * (1.0 + h) * (1.0 + h) - 1.0;
+    if height_m > 0.0 && error > GRAVITY_ERROR {
+        let by = if error < 1.0 {
+            format!("by {} %", general(100.0 * error, 2))
+        } else {
+            format!("{} times", general(1.0 + error, 2))
+        };
+        outcome.warnings.push(format!(
+            "the motion goes up to {} km, where the formula of gravity, of second order in height, gives too much {by}",
+            general(height_m / 1000.0, 4)
         ));
     }
 }
