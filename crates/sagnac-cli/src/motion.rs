@@ -77,6 +77,22 @@ impl StartOptions {
         })
     }
 
+    /// The options that were given.
+    fn given(&self) -> Vec<&'static str> {
+        [
+            ("--latitude", &self.latitude),
+            ("--longitude", &self.longitude),
+            ("--height", &self.height),
+            ("--heading", &self.heading),
+            ("--roll", &self.roll),
+            ("--pitch", &self.pitch),
+        ]
+        .into_iter()
+        .filter(|(_, text)| text.is_some())
+        .map(|(option, _)| option)
+        .collect()
+    }
+
     /// The Earth.
     pub(crate) fn earth(&self) -> Earth {
         match self.earth {
@@ -99,6 +115,29 @@ pub(crate) struct ReferenceOptions {
 }
 
 impl ReferenceOptions {
+    /// The first that was given.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        if self.reference_columns.is_some() {
+            Some("--reference-columns")
+        } else {
+            self.reference_rate.as_ref().map(|_| "--reference-rate")
+        }
+    }
+
+    /// Refuses them where no file is read with them.
+    pub(crate) fn refuse(&self) -> Result<(), Error> {
+        match self.given() {
+            Some(option) => Err(Error::usage(format!(
+                "{option} says how a file of way-points is read"
+            ))
+            .at(option)
+            .advise(format!(
+                "leave {option} out, or name the file with --trajectory"
+            ))),
+            None => Ok(()),
+        }
+    }
+
     /// Reads it.
     pub(crate) fn read(&self, path: &Path) -> Result<Log, Error> {
         let rate_hz = self
@@ -131,6 +170,28 @@ impl ReferenceOptions {
         }
         let (source, _) = inputs::source(path)?;
         sagnac::log::read(source, &options).map_err(|error| of_reference(&error.into()))
+    }
+}
+
+/// Refuses options of the start that a path from a file sets itself.
+pub(crate) fn refuse_start(given: &[&'static str], log: &Log, name: &str) -> Result<(), Error> {
+    let is_local = log.layout.index("latitude").is_none();
+    let sets_place = ["--latitude", "--longitude", "--height"];
+    match given
+        .iter()
+        .find(|option| !(is_local && sets_place.contains(*option)))
+    {
+        Some(option) => Err(Error::usage(format!(
+            "{option} has no meaning with {name}, which has {}",
+            if sets_place.contains(option) {
+                "its own latitude, longitude and height"
+            } else {
+                "its own course and attitude"
+            }
+        ))
+        .at(*option)
+        .advise(format!("leave {option} out"))),
+        None => Ok(()),
     }
 }
 
@@ -211,10 +272,12 @@ pub(crate) fn trajectory(
         return Err(error);
     }
     if NAMES.contains(&name) || !Path::new(name).exists() {
+        reference.refuse()?;
         return Trajectory::named(name, start.earth(), &at)
             .map_err(|e| Error::from(e).at(format!("--trajectory {name}")));
     }
     let log = reference.read(Path::new(name))?;
+    refuse_start(&start.given(), &log, name)?;
     let (trajectory, left_out) = sagnac::path::trajectory_of_log(&log, name, start.earth(), &at)?;
     if let Some(sentence) = left_out {
         context.warn(&sentence);
@@ -395,6 +458,12 @@ pub(crate) fn temperature_profile(text: &str) -> Result<TemperatureProfile, Erro
                 .map_or_else(|| log.time_s(k), sagnac::log::Stamp::seconds)
         })
         .collect();
+    if let Some(row) = values.iter().position(|value| *value < -273.15) {
+        return Err(
+            Error::data(format!("{} degC is below absolute zero", values[row]))
+                .at(format!("{text}, row {}", row + 1)),
+        );
+    }
     if let Some(row) = values.iter().position(|value| !value.is_finite()) {
         return Err(Error::data("a temperature is not a finite number")
             .at(format!("{text}, row {}", row + 1)));

@@ -1,4 +1,4 @@
-//! Logs and paths on their way through `simulate`, `correct` and `convert`: what is left out, rounded, counted or
+//! Logs on their way through `simulate`, `correct` and `convert`: what is left out, rounded, counted or
 //! cannot be written is said, and nothing is half written.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -8,219 +8,15 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
-use common::{flat, sentences};
+use common::{refused, said};
 
 const MODEL: &str = "name = \"part\"\nsample_rate = \"100 Hz\"\n[gyro.bias]\nfixed = \"1 deg/s\"\n\
 [gyro.bias.instability]\ncoefficient = \"8 deg/h\"\n[accel.bias]\nstability = \"1 mg\"\n";
-
-fn sagnac(folder: &Path, args: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_sagnac"))
-        .current_dir(folder)
-        .args(args)
-        .timeout(std::time::Duration::from_mins(2))
-        .output()
-        .unwrap()
-}
-
-/// What is said on both channels where the command succeeds.
-fn said(folder: &Path, args: &[&str]) -> String {
-    let output = sagnac(folder, args);
-    let both = [output.stdout, output.stderr].concat();
-    let text = flat(&String::from_utf8_lossy(&both));
-    assert!(output.status.success(), "{args:?}: {text}");
-    text
-}
-
-/// The sentence where the command refuses, and leaves no file.
-fn refused(folder: &Path, args: &[&str], code: i32) -> String {
-    let before = fs::read_dir(folder).unwrap().count();
-    let output = sagnac(folder, args);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
-    assert!(
-        text.starts_with("error: ") && sentences(&text) <= 3,
-        "{args:?}: {text}"
-    );
-    assert_eq!(
-        fs::read_dir(folder).unwrap().count(),
-        before,
-        "{args:?} leaves a file"
-    );
-    flat(&text)
-}
 
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("part.toml"), MODEL).unwrap();
     folder
-}
-
-const PATH: &str =
-    "time [s],latitude [deg],longitude [deg],height [m],roll [deg],pitch [deg],heading [deg]\n";
-
-/// A path of eleven rows, a row as the cells after the time.
-fn path(folder: &Path, name: &str, row: impl Fn(i32) -> String) {
-    let rows = (0..11).fold(String::from(PATH), |mut text, k| {
-        let _ = writeln!(text, "{k},{}", row(k));
-        text
-    });
-    fs::write(folder.join(name), rows).unwrap();
-}
-
-fn east(k: i32, height: &str, heading: &str) -> String {
-    format!("45,{},{height},0,0,{heading}", 1e-4 * f64::from(k))
-}
-
-#[test]
-fn rows_of_a_path_without_a_number_are_told() {
-    let folder = folder();
-    let at = folder.path();
-    path(at, "holes.csv", |k| match k {
-        3 => east(k, "", "0"),
-        4 | 8 => east(k, "0", "nan"),
-        _ => east(k, "0", "0"),
-    });
-    let go = ["simulate", "part.toml", "--trajectory"];
-    let text = said(at, &[&go[..], &["holes.csv", "-o", "a.npy"]].concat());
-    assert!(
-        text.contains("warning: 3 of 11 rows of holes.csv are left out, the first is row 4 at 3 s, which has no number for the position: the points are up to 3 s apart"),
-        "{text}"
-    );
-    let text = said(
-        at,
-        &["drift", "catalog:HG9900", "--trajectory", "holes.csv"],
-    );
-    assert!(text.contains("warning: 3 of 11 rows"), "{text}");
-    let json = sagnac(
-        at,
-        &[&go[..], &["holes.csv", "-o", "b.npy", "--format", "json"]].concat(),
-    );
-    assert!(String::from_utf8_lossy(&json.stdout).contains("\"warnings\":[\"3 of 11 rows"));
-    // One that is whole says nothing, one that has too little left is refused.
-    path(at, "whole.csv", |k| east(k, "0", "0"));
-    let text = said(at, &[&go[..], &["whole.csv", "-o", "c.npy"]].concat());
-    assert!(!text.contains("warning"), "{text}");
-    path(at, "none.csv", |k| {
-        east(k, "0", if k == 6 { "0" } else { "nan" })
-    });
-    let text = refused(at, &[&go[..], &["none.csv", "-o", "d.npy"]].concat(), 1);
-    assert!(
-        text.contains("at least two points, and only one of its 11 rows")
-            && text.contains("none.csv, row 1 at 0 s: no attitude"),
-        "{text}"
-    );
-}
-
-#[test]
-fn trajectories_beyond_what_holds_are_refused_or_warned_of() {
-    let folder = folder();
-    let at = folder.path();
-    path(at, "jump.csv", |k| {
-        east(k, if k == 5 { "1e6" } else { "0" }, "0")
-    });
-    path(at, "second.csv", |k| {
-        east(k, if k == 1 { "1e6" } else { "0" }, "0")
-    });
-    path(at, "below.csv", |k| {
-        east(k, &(-400 - 50 * k).to_string(), "0")
-    });
-    path(at, "beyond.csv", |k| format!("90.5,{k},0,0,0,0"));
-    path(at, "far.csv", |k| format!("45,1e300,{k},0,0,0"));
-    for (name, words) in [
-        (
-            "jump.csv",
-            "goes 1000000 m in 1 s, faster than 12000 m/s jump.csv, time 5 s",
-        ),
-        ("second.csv", "faster than 12000 m/s second.csv, time 1 s"),
-        (
-            "below.csv",
-            "below the ellipsoid: through the Earth below.csv, time 3 s",
-        ),
-        ("beyond.csv", "the latitude 90.5 deg lies beyond a pole"),
-        ("far.csv", "the longitude 1e300 deg is none"),
-    ] {
-        let text = refused(
-            at,
-            &["simulate", "part.toml", "--trajectory", name, "-o", "a.npy"],
-            1,
-        );
-        assert!(text.contains(words), "{name}: {text}");
-    }
-    for (options, words) in [
-        (
-            &["--rest", "1s", "--latitude", "90.1deg"][..],
-            "latitude is 90.1 deg",
-        ),
-        (
-            &["--rest", "1s", "--height", "1e300km"],
-            "height is 1e303 m",
-        ),
-        (
-            &["--rest", "1s", "--heading", "1e300deg"],
-            "heading is 1e300 deg",
-        ),
-    ] {
-        let text = refused(
-            at,
-            &[&["simulate", "part.toml", "-o", "a.npy"], options].concat(),
-            2,
-        );
-        assert!(text.contains(words), "{text}");
-    }
-    // The pole itself, and hours of the rocket, are sound; its height is below what gravity's formula holds for.
-    path(at, "pole.csv", |k| {
-        let latitude = 90.0 - 1e-4 * f64::from((k - 5).abs());
-        format!("{latitude},{},0,0,0,0", if k < 5 { 10 } else { 190 })
-    });
-    for options in [
-        &["--trajectory", "pole.csv"][..],
-        &[
-            "--trajectory",
-            "drive",
-            "--latitude",
-            "90deg",
-            "--duration",
-            "1min",
-        ],
-        &[
-            "--trajectory",
-            "rocket",
-            "--duration",
-            "5h",
-            "--rate",
-            "1Hz",
-        ],
-    ] {
-        let text = said(
-            at,
-            &[
-                &["simulate", "part.toml", "-o", "b.csv", "--force"],
-                options,
-            ]
-            .concat(),
-        );
-        assert!(!text.contains("warning"), "{text}");
-        let log = fs::read_to_string(at.join("b.csv")).unwrap();
-        assert!(!log.contains("nan") && !log.contains("inf"), "{options:?}");
-    }
-    let text = said(
-        at,
-        &[
-            "simulate",
-            "part.toml",
-            "--rest",
-            "1s",
-            "--height",
-            "1000km",
-            "-o",
-            "c.csv",
-        ],
-    );
-    assert!(
-        text.contains("the motion goes up to 1000 km, where the formula of gravity, of second order in height, gives too much by 1.7 %"),
-        "{text}"
-    );
 }
 
 #[test]
@@ -580,14 +376,94 @@ fn convert_takes_the_rate_of_the_log_and_refuses_one_that_leaves_no_log() {
 }
 
 #[test]
-fn a_trajectory_that_can_only_be_a_file_is_told_as_one() {
+fn stamps_that_are_no_numbers_are_no_gaps_to_convert() {
     let folder = folder();
-    for command in ["simulate", "drift"] {
-        let mut args = vec![command, "part.toml", "--trajectory", "./drive.csv"];
-        if command == "simulate" {
-            args.extend(["-o", "a.csv"]);
-        }
-        let text = refused(folder.path(), &args, 1);
-        assert!(text.contains("there is no file ./drive.csv"), "{text}");
+    let at = folder.path();
+    let log = |bad: &[i32]| {
+        let rows: String = (1..=100)
+            .map(|k| match bad.contains(&k) {
+                true => "nan,0,0,0\n".to_owned(),
+                false => format!("{},0,0,0\n", f64::from(k) / 100.0),
+            })
+            .collect();
+        let header = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]";
+        fs::write(at.join("log.csv"), format!("{header}\n{rows}")).unwrap();
+        said(at, &["convert", "log.csv", "-o", "a.csv", "--force"])
+    };
+    let text = log(&[40]);
+    assert!(
+        text.contains("the time stamp of row 40 is no finite number, and stays as it is")
+            && !text.contains("gap"),
+        "{text}"
+    );
+    let text = log(&[1, 60, 61]);
+    assert!(
+        text.contains("3 time stamps are no finite numbers, the first in row 1")
+            && !text.contains("gap"),
+        "{text}"
+    );
+    assert!(!log(&[]).contains("finite"));
+    // A lone row tells no rate; a triad that is not whole is told with its log.
+    fs::write(
+        at.join("one.csv"),
+        "time [s],gyro_x [rad/s],gyro_y [rad/s]\n0.01,0,0\n",
+    )
+    .unwrap();
+    let text = said(at, &["convert", "one.csv", "-o", "b.csv"]);
+    assert!(text.contains("1 sample, too few for a rate"), "{text}");
+    let text = refused(at, &["correct", "part.toml", "one.csv", "-o", "c.csv"], 1);
+    assert!(text.contains("but no gyro_z one.csv"), "{text}");
+}
+
+#[test]
+fn a_log_is_resampled_whatever_a_channel_holds() {
+    let folder = folder();
+    let at = folder.path();
+    // Constant, with a long run of no numbers, and with noise; a gap of time.
+    let rows: String = (1..=400)
+        .map(|k: i32| {
+            let time = f64::from(if k > 200 { k + 300 } else { k }) / 100.0;
+            let second = if (50..90).contains(&k) {
+                f64::NAN
+            } else {
+                f64::from(k * 7919 % 101)
+            };
+            format!("{time},0.5,{second},{}\n", f64::from(k * 104_729 % 97))
+        })
+        .collect();
+    let header = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]";
+    fs::write(at.join("log.csv"), format!("{header}\n{rows}")).unwrap();
+    for columns in ["gyro=1,2,3", "gyro=2,1,3", "gyro_x=1"] {
+        let columns = format!("time=0:s, {columns}:rad/s");
+        said(
+            at,
+            &[
+                "convert",
+                "log.csv",
+                "--columns",
+                &columns,
+                "--resample",
+                "50Hz",
+                "-o",
+                "a.csv",
+                "--force",
+            ],
+        );
+        let out = fs::read_to_string(at.join("a.csv")).unwrap();
+        let rows: Vec<Vec<f64>> = out
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+            .collect();
+        assert_eq!(rows.len(), 200, "{columns}");
+        assert_eq!(
+            [rows[0][0], rows[99][0], rows[100][0]],
+            [0.01, 1.99, 5.01],
+            "{columns}"
+        );
+        let steady = rows
+            .iter()
+            .filter(|row| row[1..].iter().any(|v| (v - 0.5).abs() < 1e-12));
+        assert_eq!(steady.count(), 200, "{columns}");
     }
 }

@@ -150,6 +150,10 @@ struct Watch {
     regular: u64,
     issues: Vec<Issue>,
     more: u64,
+    /// Stamps that are no finite number: how many, and the row of the first, from 1.
+    no_number: (u64, u64),
+    /// Such stamps since the last that is one.
+    lost: f64,
     /// Of the last row from the first, where a rate was given beside the stamps.
     last_written_s: Option<f64>,
 }
@@ -164,10 +168,14 @@ impl Watch {
     }
 
     fn see(&mut self, block: &Block) {
+        let before = self.rows;
         self.rows += block.rows as u64;
         let is_number = |t: &Stamp| t.seconds().is_finite();
         let mut stamps = (0..block.stamps.len()).filter_map(|k| block.stamps.get(k));
         let Some(origin) = stamps.find(is_number) else {
+            (before + 1..)
+                .take(block.stamps.len())
+                .for_each(|row| self.lose(row));
             return;
         };
         let is_first_block = self.first.is_none();
@@ -179,11 +187,17 @@ impl Watch {
         let longest = self.cadence.map_or(f64::INFINITY, |c| c.longest_s);
         // Coarse stamps, and such that arrive together, may be equal.
         let may_be_equal = self.cadence.is_some_and(|c| c.is_coarse);
-        let numbers = times.iter().filter(|t| t.is_finite());
-        for (k, &t) in numbers.enumerate() {
+        let mut is_first = is_first_block;
+        for (row, &t) in (before + 1..).zip(&times) {
+            if !t.is_finite() {
+                self.lose(row);
+                continue;
+            }
             let step = t - self.last;
-            if k > 0 || !is_first_block {
-                if step > longest {
+            // A row whose stamp is no number is an interval all the same.
+            let lost = std::mem::take(&mut self.lost);
+            if !is_first {
+                if step > longest * (1.0 + lost) {
                     self.push(
                         IssueKind::Gap,
                         t - step,
@@ -199,11 +213,21 @@ impl Watch {
                     );
                 } else if step > 0.0 || (step == 0.0 && may_be_equal) {
                     self.steps += step;
-                    self.regular += 1;
+                    self.regular += 1 + lost as u64;
                 }
             }
             self.last = t;
+            is_first = false;
         }
+    }
+
+    /// Counts a stamp that is no finite number.
+    fn lose(&mut self, row: u64) {
+        if self.no_number.0 == 0 {
+            self.no_number.1 = row;
+        }
+        self.no_number.0 += 1;
+        self.lost += 1.0;
     }
 
     fn push(&mut self, kind: IssueKind, start: f64, end: f64, text: String) {
@@ -244,6 +268,16 @@ impl Watch {
         };
         let mut all = layout.notes.clone();
         all.append(&mut notes);
+        if self.no_number.0 > 0 && self.last_written_s.is_none() {
+            let row = group_thousands(&self.no_number.1.to_string());
+            all.push(match self.no_number.0 {
+                1 => format!("the time stamp of row {row} is no finite number, and stays as it is"),
+                n => format!(
+                    "{} time stamps are no finite numbers, the first in row {row}, and stay as they are",
+                    group_thousands(&n.to_string())
+                ),
+            });
+        }
         Ok(ConvertOutcome {
             samples: self.rows,
             rate_hz: 1.0 / dt,
@@ -282,11 +316,15 @@ impl ConvertOutcome {
         } else {
             "samples"
         };
-        d.paragraph(format!(
-            "{topic}: {count} {samples}, {}, {} Hz.",
-            duration(self.duration_s),
-            general(self.rate_hz, 6)
-        ));
+        d.paragraph(if self.rate_hz.is_finite() {
+            format!(
+                "{topic}: {count} {samples}, {}, {} Hz.",
+                duration(self.duration_s),
+                general(self.rate_hz, 6)
+            )
+        } else {
+            format!("{topic}: {count} {samples}, too few for a rate.")
+        });
         if let Some(frame) = &self.layout.frame {
             d.paragraph(format!("Axes: {frame}."));
         }

@@ -227,7 +227,10 @@ pub fn simulate(
         }
         outcome.notes.extend(sinks.log.finish()?);
         if let Some(truth) = sinks.truth {
-            truth.finish()?;
+            let said = truth.finish()?.into_iter();
+            outcome
+                .notes
+                .extend(said.map(|note| format!("the truth: {note}")));
         }
         outside += state.too_cold_or_hot;
         for (name, count, limit) in state.clipped().filter(|(_, count, _)| *count > 0) {

@@ -95,7 +95,14 @@ fn correct_log(args: &Args, log: &std::path::Path, context: &Context) -> Result<
         &mut reader,
         &mut create,
         CorrectRequest { flags: args.flags },
-    )?;
+    )
+    .map_err(|error| {
+        if error.what.starts_with("the log ") && error.place.is_none() {
+            error.at(log.display().to_string())
+        } else {
+            error
+        }
+    })?;
     let output = std::sync::Arc::into_inner(shared)
         .and_then(|mutex| mutex.into_inner().ok())
         .ok_or_else(|| Error::data("the output was not completed"))?;

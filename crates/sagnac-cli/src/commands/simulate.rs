@@ -20,7 +20,7 @@ use sagnac::simulate::{MotionSource, SimulateRequest, Sinks, simulate as run_sim
 
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
-use crate::motion::{ReferenceOptions, missing_path, temperature_profile};
+use crate::motion::{ReferenceOptions, missing_path, refuse_start, temperature_profile};
 use crate::outputs::{Output, publish_all, refuse_without_room, size};
 use crate::quantities::{positive, quantity};
 
@@ -150,7 +150,7 @@ impl StartArgs {
         Ok(start)
     }
 
-    fn given(&self) -> Option<&'static str> {
+    fn given(&self) -> Vec<&'static str> {
         [
             ("--latitude", &self.latitude),
             ("--longitude", &self.longitude),
@@ -160,8 +160,9 @@ impl StartArgs {
             ("--pitch", &self.pitch),
         ]
         .into_iter()
-        .find(|(_, text)| text.is_some())
+        .filter(|(_, text)| text.is_some())
         .map(|(option, _)| option)
+        .collect()
     }
 }
 
@@ -215,7 +216,8 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let trajectory;
     let mut left_out = None;
     let motion = if let Some(path) = &args.motion.inputs {
-        if let Some(option) = args.start_at.given() {
+        args.reference.refuse()?;
+        if let Some(option) = args.start_at.given().first() {
             return Err(
                 Error::usage(format!("{option} has no meaning with --inputs"))
                     .advise(format!("leave {option} out")),
@@ -400,6 +402,9 @@ fn trajectory_of(args: &Args, start: &Start) -> Result<(Trajectory, Option<Strin
     if let Some(error) = missing_path(name) {
         return Err(error);
     }
+    if NAMES.contains(&name) {
+        args.reference.refuse()?;
+    }
     if NAMES.contains(&name) || !(path.exists() || name == "-") {
         let trajectory = Trajectory::named(name, Earth::Wgs84, start).map_err(|error| {
             let error = Error::from(error);
@@ -411,6 +416,7 @@ fn trajectory_of(args: &Args, start: &Start) -> Result<(Trajectory, Option<Strin
         return Ok((trajectory, None));
     }
     let log = args.reference.read(path)?;
+    refuse_start(&args.start_at.given(), &log, name)?;
     trajectory_of_log(&log, name, Earth::Wgs84, start)
 }
 

@@ -1,7 +1,7 @@
 //! Another rate by a windowed sinc: cutoff 0.45·min(f_in, f_out), 32 lobes, Kaiser window β = 8 (80 dB).
 
-use sagnac_log::health::{self, HealthOptions};
-use sagnac_log::{Log, Stamp, Stamps};
+use sagnac_log::health::{self, HealthOptions, Segment};
+use sagnac_log::{Channel, Layout, Log, Stamp, Stamps};
 use sagnac_report::text::{duration, general};
 
 use crate::Error;
@@ -48,12 +48,7 @@ pub(super) fn resample(log: &Log, rate_hz: f64) -> Result<(Log, String), Error> 
     // In units of input samples: cutoff in cycles a sample.
     let cutoff = 0.45 * (1.0 / ratio).min(1.0);
     let reach = LOBES / (2.0 * cutoff);
-    // Stretches where every channel is sound.
-    let reference = health
-        .channels
-        .first()
-        .map(|c| c.segments.clone())
-        .unwrap_or_default();
+    let reference = stretches(log)?;
     let mut out = Log {
         layout: log.layout.clone(),
         columns: vec![Vec::new(); log.columns.len()],
@@ -107,6 +102,28 @@ pub(super) fn resample(log: &Log, rate_hz: f64) -> Result<(Log, String), Error> 
         general(cutoff / dt, 9)
     );
     Ok((out, note))
+}
+
+/// The stretches between gaps of time, whatever the channels hold: those of a channel that is always sound.
+fn stretches(log: &Log) -> Result<Vec<Segment>, Error> {
+    let beat = Log {
+        layout: Layout {
+            channels: vec![Channel::other("beat", "")],
+            texts: Vec::new(),
+            ..log.layout.clone()
+        },
+        stamps: log.stamps.clone(),
+        columns: vec![(0..log.rows).map(|k| (k * 7919 % 13) as f64).collect()],
+        rows: log.rows,
+        ..Log::default()
+    };
+    let options = HealthOptions {
+        moving: true,
+        ..HealthOptions::default()
+    };
+    let health = health::check(&beat, &options)?;
+    let first = health.channels.into_iter().next();
+    Ok(first.map(|channel| channel.segments).unwrap_or_default())
 }
 
 fn kernel(x: f64, cutoff: f64, reach: f64) -> f64 {
