@@ -381,9 +381,12 @@ fn stamps_that_are_no_numbers_are_no_gaps_to_convert() {
     let at = folder.path();
     let log = |bad: &[i32]| {
         let rows: String = (1..=100)
-            .map(|k| match bad.contains(&k) {
-                true => "nan,0,0,0\n".to_owned(),
-                false => format!("{},0,0,0\n", f64::from(k) / 100.0),
+            .map(|k| {
+                if bad.contains(&k) {
+                    "nan,0,0,0\n".to_owned()
+                } else {
+                    format!("{},0,0,0\n", f64::from(k) / 100.0)
+                }
             })
             .collect();
         let header = "time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]";
@@ -465,5 +468,31 @@ fn a_log_is_resampled_whatever_a_channel_holds() {
             .iter()
             .filter(|row| row[1..].iter().any(|v| (v - 0.5).abs() < 1e-12));
         assert_eq!(steady.count(), 200, "{columns}");
+    }
+}
+
+#[test]
+fn a_bandwidth_that_changes_nothing_is_told() {
+    let folder = folder();
+    let at = folder.path();
+    let text = format!("{MODEL}[gyro]\nbandwidth = \"60 Hz\"\n");
+    fs::write(at.join("wide.toml"), text).unwrap();
+    for (rate, is_told) in [("100Hz", true), ("200Hz", false)] {
+        let text = said(
+            at,
+            &[
+                "simulate",
+                "wide.toml",
+                "--rest",
+                "1s",
+                "--rate",
+                rate,
+                "-o",
+                "a.csv",
+                "--force",
+            ],
+        );
+        let note = "gyro.bandwidth is not below half the rate, 50 Hz: it changes nothing";
+        assert_eq!(text.contains(note), is_told, "{text}");
     }
 }

@@ -149,7 +149,8 @@ pub(crate) fn describe(raw: &RawLayout, index: usize) -> String {
 pub(crate) fn columns_place(raw: &RawLayout) -> String {
     let n = raw.columns.len();
     if !raw.has_names {
-        return format!("{n} columns without names");
+        let columns = if n == 1 { "column" } else { "columns" };
+        return format!("{n} {columns} without names");
     }
     let names: Vec<String> = raw
         .columns

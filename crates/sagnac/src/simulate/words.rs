@@ -327,6 +327,15 @@ pub(super) fn warn_of_terms(
             continue;
         }
         let triad = recipe.core.triad(sensor);
+        let limits = triad.bandwidth.cutoff_hz;
+        let mut cutoffs = limits.iter().filter(|cutoff| cutoff.is_finite());
+        if triad.bandwidth.is_present() && cutoffs.all(|cutoff| cutoff * recipe.dt_s >= 0.5) {
+            outcome.notes.push(format!(
+                "{}.bandwidth is not below half the rate, {} Hz: it changes nothing",
+                sensor.key(),
+                general(0.5 / recipe.dt_s, 6)
+            ));
+        }
         let counted_twice = triad.resolution.is_present()
             && triad.resolution.output == Output::Increment
             && request.terms.has("quantization")
