@@ -9,7 +9,7 @@ its own) or rows that are missing (all axes at once), and all but every 2nd or 5
 the mean of N over the truth with its standard error, the share of 95 % intervals (and of limits, apart) of the
 terms there that hold them, false terms (detected, not there) of all that are not there, the terms there that are found,
 and findings that are false (`step`, `motion`, `warm_up`, `non_stationary`, `filtered`, `line`, `units`).
-Stamps are exact but where every 50th row is missing: there they scatter by 20 us, since stamps on a grid of 10 ms alone
+Stamps are exact but where every 50th row is missing: there they scatter by 0.1 ms, since stamps on a grid of 10 ms alone
 are also those of a sensor of 98 Hz, and are taken as such with a sentence.
 Log k has SeedSequence([seed, rate, k]) and its losses SeedSequence([seed, rate, k, row]); seed 1 unless given.
 """
@@ -106,7 +106,7 @@ def tell(program, seed, rate, k, name):
     elif form == "rows":
         keep = ~lost(rng, n)
         if name.startswith("every"):
-            time = np.round(time + rng.normal(0, 2e-5, n), 6)
+            time = np.round(time + rng.normal(0, 1e-4, n), 6)
         time, y = time[keep], y[:, keep]
     if name.startswith("1 of"):
         # A slower sensor's samples are means over its own interval.

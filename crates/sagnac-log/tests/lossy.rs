@@ -67,11 +67,11 @@ fn scattered_losses_leave_one_stretch_for_parameters_and_no_false_finding() {
 }
 
 #[test]
-fn gaps_up_to_ten_samples_are_filled_for_parameters_and_longer_ones_cut() {
+fn gaps_up_to_twenty_samples_are_filled_for_parameters_and_longer_ones_cut() {
     for (lost, stretches, text) in [
         (3, (1, 1), "filled by a line"),
-        (10, (2, 1), "filled by a line for parameters"),
-        (11, (2, 2), "cut here"),
+        (20, (2, 1), "filled by a line for parameters"),
+        (21, (2, 2), "cut here"),
     ] {
         let log = log(12_000, |_, _| true, |k| !(6000..6000 + lost).contains(&k));
         let health = check(&log, &HealthOptions::default()).unwrap();
@@ -80,9 +80,9 @@ fn gaps_up_to_ten_samples_are_filled_for_parameters_and_longer_ones_cut() {
         let gap = &health.issues[0];
         assert_eq!((gap.kind, gap.count), (IssueKind::Gap, lost as u64));
         assert!(gap.text.ends_with(text), "{}", gap.text);
-        if lost == 10 {
-            assert_eq!(own.quiet[0].filled.first(), Some(&(6000..6010)));
-            assert_eq!(own.segments[1].start_s, 60.1);
+        if lost == 20 {
+            assert_eq!(own.quiet[0].filled.first(), Some(&(6000..6020)));
+            assert_eq!(own.segments[1].start_s, 60.2);
         }
     }
 }
@@ -133,6 +133,29 @@ fn a_slower_channel_is_taken_at_its_own_interval() {
         health.channels[1].segments[0].filled.first(),
         Some(&(1000..1001))
     );
+}
+
+#[test]
+fn a_temperature_in_every_tenth_row_is_joined_by_lines() {
+    let mut log = log(20_000, |_, _| true, |_| true);
+    log.layout.channels[2].name = "temperature".to_owned();
+    log.layout.channels[2].quantity = sagnac_log::Quantity::Temperature;
+    for (k, t) in log.columns[2].iter_mut().enumerate() {
+        *t = if k % 10 == 0 {
+            20.0 + 1e-4 * k as f64
+        } else {
+            f64::NAN
+        };
+    }
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let own = &health.channels[2];
+    assert_eq!((own.step_s, own.values.len()), (0.01, 20_000));
+    assert!((own.values[12_345] - 21.2345).abs() < 1e-9);
+    assert_eq!(
+        health.notes,
+        ["temperature: a value in every 10th row, joined by lines"]
+    );
+    assert_eq!(kinds(&health), Vec::<&str>::new());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Evenly spaced stretches: short gaps filled by the line between their neighbors, long ones cutting the log.
 //!
 //! Up to 3 lost samples and 2 % of the log are filled for every use. Parameters know what filling does to the spectrum:
-//! for them alone runs of up to 10 are filled, up to half of the log; `DESIGN.md` has the reasons.
+//! for them alone runs of up to 20 are filled, up to half of the log; `DESIGN.md` has the reasons.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -17,7 +17,7 @@ const LONGEST_FILL: u64 = 3;
 /// Share of the log that may be filled.
 const MOST_FILLED: f64 = 0.02;
 /// The same where what filling does is known: for parameters.
-const LONGEST_FOR_PARAMETERS: usize = 10;
+const LONGEST_FOR_PARAMETERS: usize = 20;
 const MOST_FOR_PARAMETERS: f64 = 0.5;
 
 /// Where the rows stand on the even grid.
@@ -180,8 +180,9 @@ pub(crate) fn clean<'a>(
         .iter()
         .flat_map(|m| to_grid(&places, &m.rows))
         .collect();
-    // One value in every k-th position: the grid is that of those positions.
-    let own = thin.map(|thin| thin.on(&out, &cuts));
+    // One value in every k-th position: the grid is that of those positions, or lines join them.
+    let own = thin.filter(|t| !t.is_joined).map(|t| t.on(&out, &cuts));
+    let patience = thin.filter(|t| t.is_joined).map_or(0, |t| 2 * t.every);
     if let Some(own) = &own {
         out = Cow::Owned(own.values(&out));
         let narrow = |ranges: &mut Vec<Range<usize>>| {
@@ -197,7 +198,7 @@ pub(crate) fn clean<'a>(
     }
     let mut filled = Filled::default();
     if let Cow::Owned(all) = &mut out {
-        filled = fill(all, &cuts, &wide, values.len());
+        filled = fill(all, &cuts, &wide, (values.len(), patience));
     }
     let mut bad = stuck;
     bad.extend(filled.left);
@@ -287,10 +288,16 @@ struct Filled {
     left: Vec<Range<usize>>,
 }
 
-/// Fills short runs of missing samples by lines; those that meet `wide` count as filled for parameters.
-fn fill(all: &mut [f64], cuts: &[usize], wide: &[Range<usize>], rows: usize) -> Filled {
+/// Fills short runs of missing samples by lines; those that meet `wide` count as filled for parameters. Runs up to
+/// `patience` are filled in any case.
+fn fill(
+    all: &mut [f64],
+    cuts: &[usize],
+    wide: &[Range<usize>],
+    (rows, patience): (usize, usize),
+) -> Filled {
     let missing = super::channel::runs(all, |v| !v.is_finite());
-    let longest = longest_filled(missing.iter().map(Range::len), all.len());
+    let longest = longest_filled(missing.iter().map(Range::len), all.len()).max(patience);
     let mut budget = (MOST_FILLED * rows as f64) as usize;
     let mut out = Filled::default();
     for run in missing {

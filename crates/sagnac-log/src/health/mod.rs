@@ -136,7 +136,10 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     let mut notes = Vec::new();
     let mut thins: Vec<Option<thin::Thin>> = Vec::with_capacity(log.columns.len());
     for (channel, all) in log.channels() {
-        let thin = thin::Thin::of(all).filter(|_| !options.moving);
+        let mut thin = thin::Thin::of(all).filter(|_| !options.moving);
+        if let Some(thin) = &mut thin {
+            thin.is_joined = channel.quantity == Quantity::Temperature;
+        }
         let values = thin.as_ref().map_or(all, |t| t.values.as_slice());
         let facts = channel::Facts::of(values);
         if let Some(thin) = &thin {
@@ -177,7 +180,10 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
             max: facts.max,
             lsb: facts.lsb,
             sigma_w: facts.sigma_w,
-            step_s: thin.as_ref().map_or(dt, |t| t.every as f64 * dt),
+            step_s: thin
+                .as_ref()
+                .filter(|t| !t.is_joined)
+                .map_or(dt, |t| t.every as f64 * dt),
             values: Cow::Borrowed(all),
             segments: Vec::new(),
             quiet: Vec::new(),
@@ -233,11 +239,13 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
 
 /// Says that a channel is taken at its own interval; channels alike share a sentence.
 fn thin_note(name: &str, thin: &thin::Thin, dt_s: f64, notes: &mut Vec<String>) {
-    let tail = format!(
-        ": a value in every {} row, taken at {:.6} Hz",
-        ordinal(thin.every),
-        1.0 / (dt_s * thin.every as f64)
-    );
+    let every = ordinal(thin.every);
+    let tail = if thin.is_joined {
+        format!(": a value in every {every} row, joined by lines")
+    } else {
+        let rate_hz = 1.0 / (dt_s * thin.every as f64);
+        format!(": a value in every {every} row, taken at {rate_hz:.6} Hz")
+    };
     let tail = tail.replace(".000000 Hz", " Hz");
     match notes.iter_mut().find(|n| n.ends_with(&tail)) {
         Some(note) => {

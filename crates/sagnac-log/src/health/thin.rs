@@ -16,6 +16,8 @@ const FEWEST: usize = 64;
 pub(crate) struct Thin {
     /// k.
     pub(crate) every: usize,
+    /// Whether lines join the values on the log's grid (a temperature), instead of a grid of their own.
+    pub(crate) is_joined: bool,
     /// Rows with a value, and the values.
     pub(crate) rows: Vec<usize>,
     pub(crate) values: Vec<f64>,
@@ -47,6 +49,7 @@ impl Thin {
         let every = (1..MOST).max_by_key(|&k| count[k])?;
         (every >= 2 && count[every] as f64 >= USUAL * (rows.len() - 1) as f64).then(|| Self {
             every,
+            is_joined: false,
             values: rows.iter().map(|&k| values[k]).collect(),
             rows,
         })

@@ -1,0 +1,186 @@
+//! When a step, a warm-up and too few coefficients are named: clear ones always, chance never, and with their numbers.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use sagnac_analysis::fit::{
+    AxisData, AxisEstimate, FindingKind, FitOptions, RegressorKind, Segment, Status, estimate,
+};
+
+const STEP_S: f64 = 0.02;
+
+/// Sum of twelve uniform numbers: Gaussian enough, variance 1.
+fn noise(seed: &mut u64) -> f64 {
+    (0..12).fold(-6.0, |sum, _| {
+        *seed = seed
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        sum + (*seed >> 11) as f64 / (1_u64 << 53) as f64
+    })
+}
+
+fn of(samples: &[f64]) -> AxisEstimate {
+    let segments = [Segment {
+        start_s: 0.0,
+        samples,
+        filled: &[],
+    }];
+    let data = AxisData {
+        segments: &segments,
+        temperature: None,
+        step_s: STEP_S,
+        lsb: None,
+    };
+    estimate(&data, &FitOptions::default())
+}
+
+/// White noise of variance 1 a sample with `added(time)`.
+fn white(seconds: f64, seed: &mut u64, added: impl Fn(f64) -> f64) -> Vec<f64> {
+    (0..(seconds / STEP_S) as usize)
+        .map(|k| noise(seed) + added(k as f64 * STEP_S))
+        .collect()
+}
+
+fn kinds(axis: &AxisEstimate) -> Vec<FindingKind> {
+    axis.findings.iter().map(|f| f.kind).collect()
+}
+
+/// Height of a step in the middle whose likelihood ratio against none is `ratio` on average.
+fn height_of(ratio: f64, seconds: f64) -> f64 {
+    (ratio / (0.25 * seconds / STEP_S)).sqrt()
+}
+
+#[test]
+fn a_clear_step_is_named_with_its_time_and_height() {
+    let mut seed = 3;
+    let height = height_of(80.0, 600.0);
+    for k in 0..6 {
+        let axis = of(&white(600.0, &mut seed, |t| {
+            if t < 300.0 { 0.0 } else { height }
+        }));
+        assert_eq!(kinds(&axis), [FindingKind::Step], "axis {k}");
+        let finding = &axis.findings[0];
+        // The place of a step is known to about 1/height² samples.
+        let slack_s = 8.0 * STEP_S / (height * height);
+        assert!((finding.start_s - 300.0).abs() < slack_s, "{finding:?}");
+        let step = &axis.regressors[0];
+        assert!(matches!(step.kind, RegressorKind::Step { time_s } if time_s == finding.start_s));
+        assert!((step.value / height - 1.0).abs() < 0.4 && step.lower > 0.0);
+        // What is a regressor is neither a walk nor flicker.
+        assert_eq!(axis.random_walk.status, Status::UpperLimit);
+        assert_eq!(axis.flicker.status, Status::UpperLimit);
+    }
+}
+
+#[test]
+fn no_step_is_named_in_noise_nor_where_a_side_is_too_short() {
+    let mut seed = 7;
+    for _ in 0..10 {
+        assert_eq!(kinds(&of(&white(300.0, &mut seed, |_| 0.0))), []);
+    }
+    let mut walks = 0;
+    for _ in 0..10 {
+        let mut level = 0.0;
+        let samples: Vec<f64> = white(300.0, &mut seed, |_| 0.0)
+            .into_iter()
+            .map(|y| {
+                level += 0.02 * noise(&mut seed);
+                y + level
+            })
+            .collect();
+        let axis = of(&samples);
+        assert!(!kinds(&axis).contains(&FindingKind::Step));
+        walks += i32::from(axis.random_walk.is_detected());
+    }
+    assert!(walks >= 8, "{walks}");
+    // 1 % of the log stands beyond it: each side of a step has 2 %.
+    let axis = of(&white(600.0, &mut seed, |t| f64::from(u8::from(t > 594.0))));
+    assert!(!kinds(&axis).contains(&FindingKind::Step));
+}
+
+#[test]
+fn a_warm_up_is_named_with_its_time_and_only_where_it_is() {
+    let mut seed = 11;
+    let (amplitude, time_s) = (0.5, 60.0);
+    for _ in 0..4 {
+        let axis = of(&white(900.0, &mut seed, |t| {
+            amplitude * (-t / time_s).exp()
+        }));
+        assert_eq!(kinds(&axis), [FindingKind::WarmUp]);
+        assert!(
+            axis.findings[0]
+                .text
+                .ends_with("no temperature was recorded")
+        );
+        let RegressorKind::WarmUp { time_constant_s } = axis.regressors[0].kind else {
+            panic!("{:?}", axis.regressors)
+        };
+        assert!(
+            (time_constant_s / time_s - 1.0).abs() < 0.35,
+            "{time_constant_s}"
+        );
+        assert!((axis.regressors[0].value / amplitude - 1.0).abs() < 0.25);
+        assert_eq!(axis.random_walk.status, Status::UpperLimit);
+    }
+    for _ in 0..10 {
+        assert_eq!(kinds(&of(&white(900.0, &mut seed, |_| 0.0))), []);
+    }
+}
+
+#[test]
+fn a_walk_with_few_coefficients_below_its_corner_is_bounded_and_told() {
+    let mut seed = 19;
+    let (seconds, coefficients) = (400.0, 5.0);
+    // White noise of 1 a sample and a walk cross at f = k/2π samples: 2·n·f coefficients lie below.
+    let step = std::f64::consts::PI * coefficients / (seconds / STEP_S);
+    let (mut told, axes) = (0, 8);
+    for _ in 0..axes {
+        let mut level = 0.0;
+        let samples: Vec<f64> = white(seconds, &mut seed, |_| 0.0)
+            .into_iter()
+            .map(|y| {
+                level += step * noise(&mut seed);
+                y + level
+            })
+            .collect();
+        let axis = of(&samples);
+        assert!(!axis.random_walk.is_detected(), "{:?}", axis.random_walk);
+        let short = axis.findings.iter().find(|f| f.kind == FindingKind::Short);
+        if let Some(finding) = short {
+            told += 1;
+            assert!(
+                finding.text.contains("below its corner are too few for"),
+                "{}",
+                finding.text
+            );
+            assert!(finding.size.unwrap() < 10.0);
+        }
+    }
+    assert!(told >= axes / 3, "{told}");
+}
+
+#[test]
+fn under_100_s_slow_terms_are_bounded_and_the_length_is_told() {
+    let mut seed = 23;
+    let mut level = 0.0;
+    let mut walk = |seconds: f64| -> AxisEstimate {
+        let samples: Vec<f64> = white(seconds, &mut seed, |_| 0.0)
+            .into_iter()
+            .map(|y| {
+                level += 0.2 * noise(&mut seed);
+                y + level
+            })
+            .collect();
+        of(&samples)
+    };
+    let short = walk(99.0);
+    assert_eq!(short.random_walk.status, Status::UpperLimit);
+    assert!(kinds(&short).contains(&FindingKind::Short));
+    assert!(
+        short
+            .findings
+            .iter()
+            .any(|f| f.text.starts_with("99 s are too short"))
+    );
+    let long = walk(101.0);
+    assert!(long.random_walk.is_detected());
+    assert!(!kinds(&long).contains(&FindingKind::Short));
+}
