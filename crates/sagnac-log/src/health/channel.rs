@@ -502,10 +502,13 @@ pub(crate) fn non_stationary_issues(
         let values = &health.values[s.range.clone()];
         // Filled samples lie on lines: they are no scatter.
         let mut filled = s.filled.iter().peekable();
+        let is_filled = !s.filled.is_empty();
         for (k, w) in values.windows(2).enumerate() {
-            while filled.next_if(|r| r.end <= k).is_some() {}
-            if filled.peek().is_some_and(|r| r.start <= k + 1) {
-                continue;
+            if is_filled {
+                while filled.next_if(|r| r.end <= k).is_some() {}
+                if filled.peek().is_some_and(|r| r.start <= k + 1) {
+                    continue;
+                }
             }
             let bin = &mut bins[((seen + k) * STEPS / total).min(STEPS - 1)];
             let d = w[1] - w[0];

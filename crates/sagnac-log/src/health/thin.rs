@@ -174,7 +174,7 @@ mod tests {
             .map(|i| if i * 7919 % 1009 < 500 { f64::NAN } else { 1.0 })
             .collect();
         assert!(Thin::of(&scattered).is_none());
-        assert!(Thin::of(&[1.0; 5000]).is_none());
+        assert!(Thin::of(&vec![1.0; 5000]).is_none());
     }
 
     #[test]
