@@ -152,6 +152,45 @@ fn slow_terms_of_stretches_under_100_s_are_bounded_only() {
 }
 
 #[test]
+fn stretches_too_short_for_their_losses_give_no_numbers() {
+    // Two values and eighteen filled between them tell no level; a long stretch beside them does.
+    let mut seed = 5;
+    let mut samples: Vec<f64> = (0..20_000).map(|_| noise(&mut seed)).collect();
+    for part in samples.chunks_exact_mut(20).take(500) {
+        let (a, b) = (part[0], part[19]);
+        for (i, y) in part.iter_mut().enumerate() {
+            *y = a + (b - a) * i as f64 / 19.0;
+        }
+    }
+    let run = 1..19;
+    let mut segments: Vec<Segment<'_>> = samples[..10_000]
+        .chunks_exact(20)
+        .enumerate()
+        .map(|(i, samples)| Segment {
+            start_s: i as f64,
+            samples,
+            filled: std::slice::from_ref(&run),
+        })
+        .collect();
+    let axis = of(&segments);
+    assert_eq!(axis.white.status, Status::Absent);
+    assert!(
+        axis.findings[0]
+            .text
+            .starts_with("too many samples are lost")
+    );
+    segments.push(Segment {
+        start_s: 500.0,
+        samples: &samples[10_000..],
+        filled: &[],
+    });
+    let axis = of(&segments);
+    assert_eq!(axis.samples, 10_000);
+    let white = axis.white;
+    assert!(white.lower.unwrap() < 0.1 && 0.1 < white.upper.unwrap());
+}
+
+#[test]
 fn values_whose_squares_no_number_holds_are_told_as_such() {
     let mut seed = 5;
     let told = |unit: f64, seed: &mut u64| {

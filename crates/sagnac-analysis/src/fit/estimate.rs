@@ -182,14 +182,23 @@ pub(super) fn prepare(
     data: &AxisData<'_>,
     options: &FitOptions,
 ) -> Result<Prepared, Box<AxisEstimate>> {
-    let samples: usize = data.segments.iter().map(|s| s.samples.len()).sum();
+    let mut samples: usize = data.segments.iter().map(|s| s.samples.len()).sum();
     if samples < FEWEST {
         let text = format!("{samples} samples are too few for parameters; 64 are needed");
         return Err(Box::new(nothing(data, &text)));
     }
     let kept: Vec<usize> = (0..data.segments.len())
-        .filter(|&i| data.segments[i].samples.len() >= 8)
+        .filter(|&i| {
+            data.segments[i].samples.len() >= 8 && is_long_for_its_losses(&data.segments[i])
+        })
         .collect();
+    if data.segments.iter().any(|s| !s.filled.is_empty()) {
+        samples = kept.iter().map(|&i| data.segments[i].samples.len()).sum();
+        if samples < FEWEST {
+            let text = "too many samples are lost: what is left stands in stretches too short for parameters";
+            return Err(Box::new(nothing(data, text)));
+        }
+    }
     let segments: Vec<Segment<'_>> = kept.iter().map(|&i| data.segments[i]).collect();
     let temperature: Option<Vec<Segment<'_>>> = data
         .temperature
@@ -363,6 +372,17 @@ fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
     work.lines = lines;
     any
 }
+
+/// Whether the ends of a segment, where what filling does differs from its mean, weigh little.
+fn is_long_for_its_losses(segment: &Segment<'_>) -> bool {
+    let filled: usize = segment.filled.iter().map(Range::len).sum();
+    let longest = segment.filled.iter().map(Range::len).max().unwrap_or(0);
+    let n = segment.samples.len() as f64;
+    (filled * (longest + 1)) as f64 <= MOST_AT_ENDS * n * n
+}
+
+/// Share of the level that the ends of a filled segment may put wrong.
+const MOST_AT_ENDS: f64 = 0.005;
 
 /// The longest stretch of samples without a gap, filled ones counted, in s.
 fn longest_s(segments: &[Segment<'_>], step_s: f64) -> f64 {

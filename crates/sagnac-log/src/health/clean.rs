@@ -1,7 +1,7 @@
 //! Evenly spaced stretches: short gaps filled by the line between their neighbors, long ones cutting the log.
 //!
 //! Up to 3 lost samples and 2 % of the log are filled for every use. Parameters know what filling does to the spectrum:
-//! for them alone runs of up to 20 are filled, up to half of the log; `DESIGN.md` has the reasons.
+//! for them alone runs of up to 20 are filled, up to 70 % of the log; `DESIGN.md` has the reasons.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -18,7 +18,7 @@ const LONGEST_FILL: u64 = 3;
 const MOST_FILLED: f64 = 0.02;
 /// The same where what filling does is known: for parameters.
 const LONGEST_FOR_PARAMETERS: usize = 20;
-const MOST_FOR_PARAMETERS: f64 = 0.5;
+const MOST_FOR_PARAMETERS: f64 = 0.7;
 
 /// Where the rows stand on the even grid.
 pub(crate) struct Grid {
@@ -308,6 +308,16 @@ fn fill(
         let is_wide = wide.get(met).is_some_and(|w| w.start < k);
         let is_inside = start > 0 && k < all.len() && !crosses;
         let narrow = !is_wide && n as u64 <= LONGEST_FILL && n <= budget;
+        // What joins the values of a temperature holds its first and its last beyond them.
+        let end = match (start, all.get(k)) {
+            (0, Some(&first)) => Some(first),
+            (_, None) if start > 0 => Some(all[start - 1]),
+            _ => None,
+        };
+        if let Some(value) = end.filter(|_| n <= patience) {
+            all[run].fill(value);
+            continue;
+        }
         if !is_inside || !(narrow || n <= longest) {
             out.left.push(run);
             continue;
