@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "no test uses all of it")]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+pub(crate) mod part;
+
 use std::fs;
 use std::path::Path;
 
