@@ -442,7 +442,7 @@ fn planted_mistakes_are_named_and_right_files_are_not() {
     let corrected = judged.corrected.unwrap();
     assert!(
         corrected.contains("rostopic: /imu0")
-            && corrected.contains("gyroscope_noise_density: 0.0002\n"),
+            && corrected.contains("gyroscope_noise_density: 0.0002  # was 2.8e-3\n"),
         "{corrected}"
     );
     let again = audit(corrected.as_bytes(), "imu.yaml", None, None, Some(&model)).unwrap();

@@ -33,6 +33,8 @@ pub struct AuditRequest<'a> {
 pub struct AuditOutcome {
     /// Number by number.
     pub audit: Audit,
+    /// Whether the corrected file is being written, so that the text need not tell how.
+    pub is_written: bool,
     has_reference: bool,
 }
 
@@ -50,15 +52,21 @@ pub fn audit(bytes: &[u8], label: &str, request: &AuditRequest) -> Result<AuditO
     )?;
     Ok(AuditOutcome {
         audit,
+        is_written: false,
         has_reference: request.reference.is_some(),
     })
 }
 
 impl AuditOutcome {
-    /// `{"format", "entries": [{"key", "value", "convention", "meaning", "possible", "log_ratio", "verdict", "likely_mistake", "text"}]}`.
+    /// `{"format", "entries": [{"key", "value", "convention", "meaning", "possible", "log_ratio", "verdict", "likely_mistake", "text"}], "notes"}`.
     pub fn to_json(&self) -> Value {
         let entries: Vec<Value> = self.audit.entries.iter().map(entry_json).collect();
-        json!({ "format": self.audit.format.name(), "rate_hz": self.audit.rate_hz, "entries": entries })
+        json!({
+            "format": self.audit.format.name(),
+            "rate_hz": self.audit.rate_hz,
+            "entries": entries,
+            "notes": self.audit.notes,
+        })
     }
 
     /// How many numbers have a verdict.
@@ -143,7 +151,11 @@ impl AuditOutcome {
                 also.name()
             ));
         }
-        if self.has_reference && wrong + suspicious > 0 && self.audit.corrected.is_some() {
+        for note in &self.audit.notes {
+            document.note(note.as_str());
+        }
+        let correctable = self.audit.corrected.is_some() && !self.is_written;
+        if self.has_reference && wrong + suspicious > 0 && correctable {
             document.line("corrected file: add -o corrected.yaml");
         } else if !self.has_reference {
             document
@@ -160,10 +172,15 @@ impl AuditOutcome {
 
 fn exponent(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
-        format_number(value)
-    } else {
-        format!("{value:e}")
+        return format_number(value);
     }
+    let whole = format!("{value:e}");
+    // Of more digits six are enough to find a number in the file.
+    if whole.len() <= 12 {
+        return whole;
+    }
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    format!("{rounded:e}")
 }
 
 /// Units as the terminal shows them.

@@ -80,7 +80,8 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         rate_hz: options.rate_hz,
         reference: reference.as_ref(),
     };
-    let outcome = audit(&bytes, &args.file.display().to_string(), &request)?;
+    let mut outcome = audit(&bytes, &args.file.display().to_string(), &request)?;
+    outcome.is_written = output.is_some();
     let mut names = Vec::new();
     if let Some(mut output) = output {
         let Some(corrected) = &outcome.audit.corrected else {

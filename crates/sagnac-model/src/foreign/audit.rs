@@ -3,6 +3,8 @@
 //! The reference is a model: a sensor's sheet, or what a log gave, with the intervals that its entries carry.
 
 use super::convention::{Foreign, Quantity, Reading, Rule, read};
+use super::correct::correct;
+use super::mistake::{Case, Mistake, mistakes};
 use crate::error::Error;
 use crate::export::Format;
 use crate::model::Model;
@@ -31,61 +33,6 @@ impl Verdict {
             Self::Suspicious => "suspicious",
             Self::Wrong => "wrong",
             Self::Unknown => "unknown",
-        }
-    }
-}
-
-/// How a number probably came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mistake {
-    /// The square was written.
-    Variance,
-    /// A factor of √f.
-    SqrtRate,
-    /// A factor of √2.
-    Sqrt2,
-    /// Allan minimum for coefficient.
-    AllanMinimum,
-    /// deg for rad.
-    Degrees,
-    /// g for m/s².
-    G,
-    /// σ of a sample for a density.
-    PerSample,
-    /// Bias instability for a random walk.
-    InstabilityAsWalk,
-    /// Made larger on purpose.
-    Inflated,
-}
-
-impl Mistake {
-    /// As in JSON.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Variance => "variance",
-            Self::SqrtRate => "sqrt_rate",
-            Self::Sqrt2 => "sqrt_2",
-            Self::AllanMinimum => "allan_minimum",
-            Self::Degrees => "degrees",
-            Self::G => "g",
-            Self::PerSample => "per_sample",
-            Self::InstabilityAsWalk => "instability_as_walk",
-            Self::Inflated => "inflated",
-        }
-    }
-
-    /// In words.
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Variance => "a variance, no standard deviation",
-            Self::SqrtRate => "off by the root of the rate",
-            Self::Sqrt2 => "off by the root of two",
-            Self::AllanMinimum => "Allan minimum and coefficient mixed up",
-            Self::Degrees => "degrees and radians mixed up",
-            Self::G => "g and m/s^2 mixed up",
-            Self::PerSample => "per-sample sigma, no density",
-            Self::InstabilityAsWalk => "a bias instability, no random walk",
-            Self::Inflated => "inflated on purpose?",
         }
     }
 }
@@ -141,17 +88,19 @@ pub struct Audit {
     pub rate_hz: Option<f64>,
     /// Number by number.
     pub entries: Vec<AuditEntry>,
+    /// What the tool lacks or would not read, and what was not read here.
+    pub notes: Vec<String>,
     /// The file with the reference's numbers in its convention; none without a reference or of a binary file.
     pub corrected: Option<String>,
 }
 
 /// The reference's number.
 #[derive(Debug, Clone, Copy)]
-struct Estimate {
-    value: f64,
-    lower: f64,
-    upper: f64,
-    limit: bool,
+pub(super) struct Estimate {
+    pub(super) value: f64,
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) limit: bool,
     known: bool,
 }
 
@@ -209,6 +158,7 @@ pub fn audit(
         also: foreign.also,
         rate_hz,
         entries,
+        notes: foreign.notes,
         corrected,
     })
 }
@@ -224,7 +174,7 @@ fn possible_range(quantity: Quantity, sensor: Sensor) -> Option<[f64; 2]> {
     })
 }
 
-fn estimate(model: &Model, reading: &Reading) -> Option<Estimate> {
+pub(super) fn estimate(model: &Model, reading: &Reading) -> Option<Estimate> {
     let sensor = reading.sensor;
     let entry = |axis: usize| match reading.quantity {
         Quantity::White => model.white_noise(sensor, axis),
@@ -292,8 +242,9 @@ fn judge(
     reference: Option<&Model>,
 ) -> AuditEntry {
     // imu_utils wrote N in some versions and √f·N in others, which gave the Allan minimum for `_w`: the reference decides.
-    let per_sample = foreign.format == Format::ImuUtils
-        && wrote_per_sample(reading.sensor, foreign, rate_hz, reference);
+    let open =
+        foreign.format == Format::ImuUtils && !super::readings::says_continuous(&foreign.flat);
+    let per_sample = open && wrote_per_sample(reading.sensor, foreign, rate_hz, reference);
     let mut reading = reading.clone();
     if per_sample && reading.quantity == Quantity::White {
         reading.rule = Rule::PerSample(1.0);
@@ -340,7 +291,7 @@ fn judge(
         ),
         None => alone(&mut entry, meaning, reading, foreign, rate_hz),
     }
-    if foreign.format == Format::ImuUtils && reading.quantity == Quantity::White {
+    if open && reading.quantity == Quantity::White {
         entry.text.push_str(&match (rule, rate_hz) {
             (Rule::PerSample(_), _) => {
                 "; read as sqrt(f) N, as the last version of the original wrote".to_string()
@@ -461,139 +412,53 @@ fn against(
         entry.text = format!("is {says}: {times}");
         return;
     }
-    let mistake = mistake(entry, meaning, known, ratio, format, rate_hz, reference);
-    entry.likely_mistake = mistake;
-    entry.verdict = if mistake.is_some_and(|mistake| mistake != Mistake::Inflated) {
+    let found = mistakes(&Case {
+        entry,
+        meaning,
+        known,
+        ratio,
+        format,
+        rate_hz,
+        reference,
+    });
+    let impossible = entry.possible == Some(false);
+    let named = !found.is_empty();
+    let found = if named || impossible || ratio.value <= 1.5 {
+        found
+    } else {
+        vec![Mistake::Inflated]
+    };
+    entry.likely_mistake = found.first().copied();
+    entry.verdict = if named || impossible {
         Verdict::Wrong
     } else {
         Verdict::Suspicious
     };
-    let reason = match (mistake, rate_hz) {
-        (Some(Mistake::PerSample | Mistake::SqrtRate), Some(rate_hz)) => format!(
-            ", and sqrt({} Hz) = {:.1}",
-            format_number(rate_hz),
-            rate_hz.sqrt()
-        ),
-        (Some(Mistake::Degrees), _) => ", and 180/pi = 57.3".to_string(),
-        (Some(Mistake::G), _) => ", and g = 9.81 m/s^2".to_string(),
-        _ => String::new(),
+    let mut reason = String::new();
+    for mistake in &found {
+        match (mistake, rate_hz) {
+            (Mistake::PerSample | Mistake::SqrtRate, Some(rate_hz)) => reason.push_str(&format!(
+                ", and sqrt({} Hz) = {:.1}",
+                format_number(rate_hz),
+                rate_hz.sqrt()
+            )),
+            (Mistake::Degrees, _) => reason.push_str(", and 180/pi = 57.3"),
+            (Mistake::G, _) => reason.push_str(", and g = 9.81 m/s^2"),
+            _ => {}
+        }
+    }
+    let words: Vec<&str> = found.iter().map(|mistake| mistake.words()).collect();
+    let words = if words.is_empty() {
+        String::new()
+    } else {
+        format!(": {}", words.join(", or "))
     };
-    let words = mistake.map_or_else(String::new, |mistake| format!(": {}", mistake.words()));
-    entry.text = format!("is {says}: {times}{reason}{words}");
-}
-
-fn mistake(
-    entry: &AuditEntry,
-    meaning: f64,
-    known: Estimate,
-    ratio: Ratio,
-    format: Format,
-    rate_hz: Option<f64>,
-    reference: Option<&Model>,
-) -> Option<Mistake> {
-    let within =
-        |value: f64, target: f64, part: f64| target > 0.0 && (value / target - 1.0).abs() <= part;
-    let noise = matches!(entry.quantity, Quantity::White | Quantity::Walk);
-    if entry.quantity == Quantity::Walk {
-        let coefficient = reference.and_then(|model| {
-            (0..3)
-                .filter_map(|axis| model.flicker(entry.sensor, axis)?.value)
-                .reduce(f64::max)
-        });
-        if coefficient
-            .is_some_and(|b| within(meaning, b, 0.12) || within(meaning, FLICKER_FLOOR * b, 0.12))
-        {
-            return Some(Mistake::InstabilityAsWalk);
-        }
-    }
-    if noise {
-        let square = known.value * known.value;
-        let mut targets = vec![square];
-        if let Some(rate_hz) = rate_hz {
-            targets.push(square * rate_hz);
-            if entry.quantity == Quantity::Walk {
-                targets.push(square / rate_hz);
-            }
-        }
-        if targets
-            .into_iter()
-            .any(|target| within(meaning, target, 0.25))
-        {
-            return Some(Mistake::Variance);
-        }
-    }
-    // The ratio, or the end of its interval that is nearest to a target.
-    let near = |target: f64| {
-        // A negative or unbounded value swaps the ends or leaves none: `clamp` would panic.
-        let nearest = target
-            .max(ratio.lower.min(ratio.upper))
-            .min(ratio.lower.max(ratio.upper));
-        within(ratio.value, target, 0.12) || within(nearest, target, 0.12)
+    let never = if impossible {
+        "; no sensor has that"
+    } else {
+        ""
     };
-    if noise && let Some(rate_hz) = rate_hz {
-        let root = rate_hz.sqrt();
-        let vins_white = format == Format::Vins && entry.quantity == Quantity::White;
-        let wants_density = !matches!(format, Format::Vins | Format::Gazebo | Format::RosImu);
-        if near(root) {
-            return Some(if wants_density {
-                Mistake::PerSample
-            } else {
-                Mistake::SqrtRate
-            });
-        }
-        if near(1.0 / root) || (vins_white && near(1.0 / (2.0 * rate_hz).sqrt())) {
-            return Some(Mistake::SqrtRate);
-        }
-    }
-    if entry.sensor == Sensor::Gyro && (near(57.295_779_513) || near(1.0 / 57.295_779_513)) {
-        return Some(Mistake::Degrees);
-    }
-    if entry.sensor == Sensor::Accel && (near(9.80665) || near(1.0 / 9.80665)) {
-        return Some(Mistake::G);
-    }
-    if entry.quantity == Quantity::White
-        && (near(std::f64::consts::SQRT_2) || near(std::f64::consts::FRAC_1_SQRT_2))
-    {
-        return Some(Mistake::Sqrt2);
-    }
-    let instability = matches!(
-        entry.quantity,
-        Quantity::Coefficient | Quantity::AllanMinimum
-    );
-    if instability && (near(FLICKER_FLOOR) || near(1.0 / FLICKER_FLOOR)) {
-        return Some(Mistake::AllanMinimum);
-    }
-    (ratio.value > 1.5).then_some(Mistake::Inflated)
-}
-
-/// The file with the reference's numbers in its convention; everything else stays as it is.
-fn correct(text: &str, foreign: &Foreign, rate_hz: Option<f64>, model: &Model) -> String {
-    let mut changes: Vec<(std::ops::Range<usize>, String)> = Vec::new();
-    for reading in &foreign.readings {
-        let known = estimate(model, reading).filter(|known| !known.limit);
-        let written = known.and_then(|known| reading.rule.written(known.value, rate_hz));
-        let (item, number) = reading.place;
-        let span = foreign
-            .flat
-            .items
-            .get(item)
-            .and_then(|item| item.spans.get(number));
-        if let (Some(written), Some(span)) = (written, span) {
-            changes.push((span.clone(), crate::export::yaml_number(written)));
-        }
-    }
-    changes.sort_by_key(|(span, _)| span.start);
-    let mut corrected = String::with_capacity(text.len());
-    let mut at = 0;
-    for (span, number) in changes {
-        if span.start >= at {
-            corrected.push_str(text.get(at..span.start).unwrap_or_default());
-            corrected.push_str(&number);
-            at = span.end;
-        }
-    }
-    corrected.push_str(text.get(at..).unwrap_or_default());
-    corrected
+    entry.text = format!("is {says}: {times}{reason}{words}{never}");
 }
 
 /// Whether the reference shows that an imu_utils file holds √f·N.

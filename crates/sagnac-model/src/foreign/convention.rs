@@ -61,6 +61,8 @@ pub(crate) enum Rule {
     PerSample(f64),
     /// √(value/f): the variance of a sample.
     SampleVariance,
+    /// √value: a continuous-time covariance.
+    Variance,
     /// A drive: σ = value·√(T_c/2).
     Drive(f64),
 }
@@ -71,7 +73,8 @@ impl Rule {
         Some(match self {
             Self::Times(factor) => value * factor,
             Self::PerSample(times) => value / (times * rate_hz?).sqrt(),
-            Self::SampleVariance => (value / rate_hz?).max(0.0).sqrt(),
+            Self::SampleVariance => signed_root(value / rate_hz?),
+            Self::Variance => signed_root(value),
             Self::Drive(time_s) => value * (time_s / 2.0).sqrt(),
         })
     }
@@ -82,9 +85,15 @@ impl Rule {
             Self::Times(factor) => meaning / factor,
             Self::PerSample(times) => meaning * (times * rate_hz?).sqrt(),
             Self::SampleVariance => meaning * meaning * rate_hz?,
+            Self::Variance => meaning * meaning,
             Self::Drive(time_s) => meaning / (time_s / 2.0).sqrt(),
         })
     }
+}
+
+/// The root, negative of a negative variance: no sensor has that.
+fn signed_root(variance: f64) -> f64 {
+    variance.abs().sqrt().copysign(variance)
 }
 
 /// One number of a file and what it means.
@@ -113,6 +122,8 @@ pub(crate) struct Foreign {
     pub(crate) rate_hz: Option<f64>,
     pub(crate) flat: Flat,
     pub(crate) readings: Vec<Reading>,
+    /// What the tool lacks or would not read, and what of the file is not read here.
+    pub(crate) notes: Vec<String>,
 }
 
 /// The formats that a file fits, in the order in which they are tried.
@@ -149,9 +160,8 @@ fn hint(format: Format, text: &str) -> bool {
 pub(crate) fn parse(format: Format, text: &str) -> Flat {
     match format {
         Format::Basalt => super::flat::assignments(text, &[]),
-        Format::Gtsam | Format::GnssInsSim | Format::Pyins => {
-            super::flat::assignments(text, &['#'])
-        }
+        Format::Gtsam => super::expression::gtsam(text),
+        Format::GnssInsSim | Format::Pyins => super::flat::assignments(text, &['#']),
         Format::Matlab => super::flat::assignments(text, &['%']),
         Format::Gazebo => super::flat::xml(text),
         Format::Px4 | Format::ArduPilot => super::flat::parameters(text),
@@ -180,10 +190,7 @@ fn fits(format: Format, flat: &Flat) -> bool {
         Format::Kimera => kalibr && !flat.has("update_rate"),
         Format::Vins => any(&["acc_n", "gyr_n"]),
         Format::OrbSlam3 => any(&["IMU.NoiseGyro", "IMU.NoiseAcc"]),
-        Format::Gtsam => flat.items.iter().any(|item| {
-            item.key.ends_with("setGyroscopeCovariance")
-                || item.key.ends_with("setAccelerometerCovariance")
-        }),
+        Format::Gtsam => !flat.items.is_empty() || !flat.problems.is_empty(),
         Format::Basalt => any(&["accel_noise_std", "gyro_noise_std"]),
         Format::RosImu => any(&[
             "angular_velocity_covariance",
@@ -246,7 +253,16 @@ pub(crate) fn read(bytes: &[u8], label: &str, wanted: Option<Format>) -> Result<
         (format, flat, found.next().map(|(format, _)| format))
     };
     let rate_hz = rate(format, &flat).filter(|rate| *rate > 0.0);
-    let readings = super::readings::of(format, &flat);
+    let (readings, problems) = super::readings::of(format, &flat);
+    if let Some(problem) = problems.into_iter().min_by_key(|problem| problem.start) {
+        let before = text.and_then(|text| text.get(..problem.start));
+        let line = before.map_or(1, |before| before.matches('\n').count() + 1);
+        return Err(Error::File {
+            what: problem.what,
+            place: format!("{label}:{line}"),
+            advice: Some(problem.advice.to_string()),
+        });
+    }
     if readings.is_empty() && !matches!(format, Format::Px4 | Format::ArduPilot) {
         return Err(refuse(
             format!("the file has no number of a {}", format.title()),
@@ -257,31 +273,35 @@ pub(crate) fn read(bytes: &[u8], label: &str, wanted: Option<Format>) -> Result<
         format,
         also,
         rate_hz,
+        notes: super::notes::of(format, &flat),
         flat,
         readings,
     })
 }
 
-fn rate(format: Format, flat: &Flat) -> Option<f64> {
+/// Where a format says its rate.
+pub(super) fn rate_keys(format: Format) -> &'static [&'static str] {
     match format {
-        Format::Kalibr => flat.one("update_rate"),
-        Format::KalibrResult | Format::OpenVins => flat.one("imu0.update_rate"),
-        Format::OrbSlam3 => flat.one("IMU.Frequency"),
-        Format::Kimera => flat.one("rate_hz"),
-        Format::Basalt => flat.one("imu_update_rate"),
-        Format::Gazebo => flat
+        Format::Kalibr => &["update_rate"],
+        Format::KalibrResult | Format::OpenVins => &["imu0.update_rate"],
+        Format::OrbSlam3 => &["IMU.Frequency"],
+        Format::Kimera => &["rate_hz"],
+        Format::Basalt => &["imu_update_rate"],
+        Format::Matlab => &["SampleRate", "IMU.SampleRate"],
+        Format::NaveGo => &["freq"],
+        _ => &[],
+    }
+}
+
+fn rate(format: Format, flat: &Flat) -> Option<f64> {
+    if format == Format::Gazebo {
+        let item = flat
             .items
             .iter()
-            .find(|item| item.key.ends_with("update_rate"))?
-            .numbers
-            .first()
-            .copied(),
-        Format::Matlab => flat
-            .one("SampleRate")
-            .or_else(|| flat.one("IMU.SampleRate")),
-        Format::NaveGo => flat.one("freq"),
-        _ => None,
+            .find(|item| item.key.ends_with("update_rate"))?;
+        return item.numbers.first().copied();
     }
+    rate_keys(format).iter().find_map(|key| flat.one(key))
 }
 
 pub(crate) fn factor(unit: &str) -> f64 {

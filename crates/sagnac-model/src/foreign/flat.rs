@@ -15,11 +15,39 @@ pub(crate) struct Item {
     pub(crate) numbers: Vec<f64>,
     /// Where each number stands in the text; empty for binary files.
     pub(crate) spans: Vec<Range<usize>>,
+    /// The value as written; empty for binary files.
+    pub(crate) raw: String,
+    /// Where the key's line, or its value, begins.
+    pub(crate) start: usize,
+}
+
+impl Item {
+    /// Whether the value is one number, or a list of numbers, and nothing else.
+    pub(crate) fn is_plain(&self) -> bool {
+        let mut pieces = self
+            .raw
+            .split(|c: char| c.is_whitespace() || "[],;(){}".contains(c))
+            .map(|piece| piece.trim_matches(['"', '\'']))
+            .filter(|piece| !matches!(*piece, "" | "-" | "..." | "np.array" | "numpy.array"))
+            .peekable();
+        pieces.peek().is_some()
+            && pieces.all(|piece| piece.parse::<f64>().is_ok_and(f64::is_finite))
+    }
+}
+
+/// What cannot be read, and where in the text.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Problem {
+    pub(crate) start: usize,
+    pub(crate) what: String,
+    pub(crate) advice: &'static str,
 }
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Flat {
     pub(crate) items: Vec<Item>,
+    /// What the parser could not read of a key that counts.
+    pub(crate) problems: Vec<Problem>,
     count: usize,
 }
 
@@ -39,6 +67,30 @@ impl Flat {
         self.items.iter().any(|item| item.key == key)
     }
 
+    /// Adds a key with its numbers, which all stand at one place.
+    pub(crate) fn put(&mut self, key: &str, numbers: Vec<f64>, span: Range<usize>, raw: &str) {
+        if self.count >= MOST_NUMBERS {
+            return;
+        }
+        self.count += numbers.len();
+        self.items.push(Item {
+            key: key.to_string(),
+            spans: vec![span.clone(); numbers.len()],
+            numbers,
+            raw: raw.to_string(),
+            start: span.start,
+        });
+    }
+
+    pub(crate) fn problem(&mut self, start: usize, what: String) {
+        let advice = "write it with numbers, or with names that the file gives a number";
+        self.problems.push(Problem {
+            start,
+            what,
+            advice,
+        });
+    }
+
     fn add(&mut self, key: &str, value: f64, span: Range<usize>) {
         if self.count >= MOST_NUMBERS {
             return;
@@ -52,19 +104,31 @@ impl Flat {
             _ => self.items.push(Item {
                 key: key.to_string(),
                 numbers: vec![value],
+                start: span.start,
                 spans: vec![span],
+                raw: String::new(),
             }),
         }
     }
 
-    fn open(&mut self, key: &str) {
+    fn open(&mut self, key: &str, raw: &str, start: usize) {
         if self.count < MOST_NUMBERS {
             self.count += 1;
             self.items.push(Item {
                 key: key.to_string(),
                 numbers: Vec::new(),
                 spans: Vec::new(),
+                raw: raw.trim().to_string(),
+                start,
             });
+        }
+    }
+
+    /// More of the value of the last key.
+    fn go_on(&mut self, key: &str, raw: &str) {
+        if let Some(last) = self.items.last_mut().filter(|last| last.key == key) {
+            last.raw.push(' ');
+            last.raw.push_str(raw);
         }
     }
 }
@@ -135,6 +199,7 @@ pub(crate) fn yaml(text: &str) -> Flat {
                 && after.is_none_or(char::is_whitespace)
         });
         let Some(colon) = colon else {
+            flat.go_on(&key, trimmed);
             scan(&mut flat, &key, body, start);
             continue;
         };
@@ -156,11 +221,53 @@ pub(crate) fn yaml(text: &str) -> Flat {
             .map(|(_, name)| name.as_str())
             .collect::<Vec<_>>()
             .join(".");
-        flat.open(&key);
         let value_at = indent + colon + 1;
+        flat.open(&key, &body[value_at..], start + indent);
         scan(&mut flat, &key, &body[value_at..], start + value_at);
     }
     flat
+}
+
+/// The value behind the sign at `from`: to the end of the line, a comma or the bracket around it.
+fn value_text(text: &str, from: usize, marks: &[char]) -> String {
+    let mut value = String::new();
+    let mut depth = 0_usize;
+    let (mut quote, mut skip) = (None, false);
+    for c in text
+        .get(from..)
+        .unwrap_or_default()
+        .chars()
+        .skip(1)
+        .take(2048)
+    {
+        skip &= c != '\n';
+        if skip {
+            continue;
+        }
+        if quote.is_some() {
+            if quote == Some(c) {
+                quote = None;
+            }
+            value.push(c);
+            continue;
+        }
+        match c {
+            // Behind a bracket ' transposes.
+            '"' | '\'' if !value.ends_with([']', ')']) => quote = Some(c),
+            '\'' => continue,
+            _ if marks.contains(&c) => {
+                skip = true;
+                continue;
+            }
+            '[' | '(' | '{' => depth += 1,
+            ']' | ')' | '}' | ',' | ';' if depth == 0 => break,
+            ']' | ')' | '}' => depth -= 1,
+            '\n' if depth == 0 && !value.trim().is_empty() => break,
+            _ => {}
+        }
+        value.push(c);
+    }
+    value
 }
 
 /// JSON, Python and MATLAB as assignments of literals: a key before `:` or `=`, the numbers up to the next key.
@@ -207,9 +314,7 @@ pub(crate) fn assignments(text: &str, marks: &[char]) -> Flat {
             let assigned =
                 next.starts_with(':') || (next.starts_with('=') && !next.starts_with("=="));
             let named = quoted && next.starts_with(',') && marks.contains(&'%');
-            let called =
-                next.starts_with('(') && (word.ends_with("Covariance") || word.ends_with("Init"));
-            if assigned || named || called {
+            if assigned || named {
                 if depth == 0 && next.starts_with('=') && next.trim_end().ends_with('(') {
                     scope = word.to_string();
                 }
@@ -218,7 +323,10 @@ pub(crate) fn assignments(text: &str, marks: &[char]) -> Flat {
                 } else {
                     format!("{scope}.{word}")
                 };
-                flat.open(&key);
+                let value_at = start + body.len() - next.len();
+                if flat.count < MOST_NUMBERS {
+                    flat.open(&key, &value_text(text, value_at, marks), value_at);
+                }
             }
             at = body.len() - after.len();
         }
@@ -234,14 +342,16 @@ pub(crate) fn xml(text: &str) -> Flat {
     while let Some(open) = text[at..].find('<') {
         let begin = at + open;
         let content = &text[at..begin];
-        if let Some(length) =
-            number_at(content.trim()).filter(|length| *length == content.trim().len())
-        {
+        if !content.trim().is_empty() && stack.len() > 1 {
             let from = at + (content.len() - content.trim_start().len());
-            if let Ok(value) = text[from..from + length].parse::<f64>()
+            let key = stack.join(".");
+            flat.open(&key, content, from);
+            if let Some(length) = number_at(&text[from..])
+                && length == content.trim().len()
+                && let Ok(value) = text[from..from + length].parse::<f64>()
                 && value.is_finite()
             {
-                flat.add(&stack.join("."), value, from..from + length);
+                flat.add(&key, value, from..from + length);
             }
         }
         let rest = &text[begin..];
@@ -285,12 +395,12 @@ pub(crate) fn parameters(text: &str) -> Flat {
         let Some(value) = cells.get(place + 1) else {
             continue;
         };
-        let Ok(number) = value.parse::<f64>() else {
-            continue;
-        };
-        if number.is_finite() {
-            // The value's place: cells are parts of this line.
-            let from = start + (value.as_ptr() as usize - line.as_ptr() as usize);
+        // The value's place: cells are parts of this line.
+        let from = start + (value.as_ptr() as usize - line.as_ptr() as usize);
+        flat.open(cells[place], value, from);
+        if let Ok(number) = value.parse::<f64>()
+            && number.is_finite()
+        {
             flat.add(cells[place], number, from..from + value.len());
         }
     }
@@ -305,7 +415,12 @@ pub(crate) fn fields(fields: Vec<(String, Vec<f64>)>) -> Flat {
             key,
             numbers,
             spans: Vec::new(),
+            raw: String::new(),
+            start: 0,
         })
         .collect();
-    Flat { items, count: 0 }
+    Flat {
+        items,
+        ..Flat::default()
+    }
 }

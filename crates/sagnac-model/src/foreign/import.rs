@@ -42,7 +42,7 @@ pub fn import(
 ) -> Result<Imported, Error> {
     let mut foreign = read(bytes, label, from)?;
     foreign.rate_hz = foreign.rate_hz.or(rate_hz);
-    let mut notes = Vec::new();
+    let mut notes = std::mem::take(&mut foreign.notes);
     if let Some(also) = foreign.also {
         notes.push(format!(
             "the file also fits {}; --from {} reads it so",
@@ -62,8 +62,8 @@ pub fn import(
         model.set_sample_rate_hz(rate_hz)?;
     }
     noise(&foreign, &mut model, &mut notes)?;
-    deterministic(&foreign, &mut model)?;
-    if foreign.format == Format::ImuUtils {
+    deterministic(&foreign, &mut model, &mut notes)?;
+    if foreign.format == Format::ImuUtils && !super::readings::says_continuous(&foreign.flat) {
         notes.push(
             "gyr_n and acc_n were taken as N; the last version of the original wrote sqrt(f) N"
                 .into(),
@@ -99,6 +99,14 @@ fn noise(foreign: &Foreign, model: &mut Model, notes: &mut Vec<String>) -> Resul
                 .iter()
                 .filter(|reading| reading.sensor == sensor && reading.quantity == quantity)
                 .collect();
+            // A number of each axis says more than their mean.
+            let mine: Vec<_> = if mine.iter().any(|reading| reading.axis.is_some()) {
+                mine.into_iter()
+                    .filter(|reading| reading.axis.is_some())
+                    .collect()
+            } else {
+                mine
+            };
             // Zero stands for "none" in these formats.
             if mine.iter().all(|reading| reading.value == 0.0) {
                 continue;
@@ -153,7 +161,54 @@ fn nine(numbers: Option<&[f64]>) -> Option<Matrix> {
     Some(matrix)
 }
 
-fn deterministic(foreign: &Foreign, model: &mut Model) -> Result<(), Error> {
+/// The keys of matrices and the like that a format may have beside its noise.
+pub(super) fn matrix_keys(format: Format) -> &'static [&'static str] {
+    match format {
+        Format::KalibrResult => &[
+            "imu0.accelerometers.M",
+            "imu0.gyroscopes.M",
+            "imu0.gyroscopes.A",
+            "imu0.gyroscopes.C_gyro_i",
+        ],
+        Format::OpenVins => &[
+            "imu0.Ta",
+            "imu0.Tw",
+            "imu0.Tg",
+            "imu0.R_IMUtoACC",
+            "imu0.R_IMUtoGYRO",
+        ],
+        Format::Basalt => &["calib_accel_bias", "calib_gyro_bias"],
+        Format::Matlab => &[
+            "accel.AxesMisalignment",
+            "gyro.AxesMisalignment",
+            "accel.TemperatureBias",
+            "gyro.TemperatureBias",
+            "accel.TemperatureScaleFactor",
+            "gyro.TemperatureScaleFactor",
+            "gyro.AccelerationBias",
+        ],
+        Format::Pyins => &[
+            "accel_parameters.transform",
+            "gyro_parameters.transform",
+            "accel_model.scale_misal_sd",
+            "gyro_model.scale_misal_sd",
+        ],
+        Format::KfGins => &[
+            "initgyrscale",
+            "initaccscale",
+            "imunoise.gsstd",
+            "imunoise.asstd",
+            "imunoise.corrtime",
+        ],
+        _ => &[],
+    }
+}
+
+fn deterministic(
+    foreign: &Foreign,
+    model: &mut Model,
+    notes: &mut Vec<String>,
+) -> Result<(), Error> {
     let flat = &foreign.flat;
     let get = |key: &str| nine(flat.get(key));
     match foreign.format {
@@ -195,6 +250,7 @@ fn deterministic(foreign: &Foreign, model: &mut Model) -> Result<(), Error> {
                     sensor,
                     percent.map(|m| m.map(|row| row.map(|value| value / 100.0))),
                 )?;
+                matlab_thermal(flat, model, sensor)?;
                 for (key, path) in [("MeasurementRange", "range"), ("Resolution", "resolution")] {
                     if let Some(value) = flat
                         .one(&format!("{}.{key}", sensor.key()))
@@ -217,13 +273,17 @@ fn deterministic(foreign: &Foreign, model: &mut Model) -> Result<(), Error> {
                     sensor,
                     get(&format!("{}_parameters.transform", sensor.key())),
                 )?;
+                let spread = get(&format!("{}_model.scale_misal_sd", sensor.key()));
+                pyins_spread(spread, model, sensor, notes)?;
             }
             Ok(())
         }
         Format::KfGins => {
-            for (sensor, key) in [
-                (Sensor::Gyro, "initgyrscale"),
-                (Sensor::Accel, "initaccscale"),
+            for (sensor, key, path) in [
+                (Sensor::Gyro, "initgyrscale", "scale_factor"),
+                (Sensor::Accel, "initaccscale", "scale_factor"),
+                (Sensor::Gyro, "imunoise.gsstd", "scale_factor.stability"),
+                (Sensor::Accel, "imunoise.asstd", "scale_factor.stability"),
             ] {
                 for (axis, ppm) in flat
                     .get(key)
@@ -233,14 +293,7 @@ fn deterministic(foreign: &Foreign, model: &mut Model) -> Result<(), Error> {
                     .take(3)
                     .filter(|(_, ppm)| **ppm != 0.0)
                 {
-                    set_axis(
-                        model,
-                        sensor,
-                        "scale_factor",
-                        axis,
-                        1e-6 * ppm,
-                        Dimension::RATIO,
-                    )?;
+                    set_axis(model, sensor, path, axis, 1e-6 * ppm, Dimension::RATIO)?;
                 }
             }
             Ok(())
@@ -290,6 +343,78 @@ fn set_matrix(model: &mut Model, sensor: Sensor, matrix: Option<Matrix>) -> Resu
                 model.set(&path, Entry::of(*value, Dimension::ANGLE))?;
             }
         }
+    }
+    Ok(())
+}
+
+/// Coefficients about 25 °C, where the tool's other numbers hold.
+fn matlab_thermal(
+    flat: &super::flat::Flat,
+    model: &mut Model,
+    sensor: Sensor,
+) -> Result<(), Error> {
+    let three = |key: &str| {
+        let numbers = flat.get(&format!("{}.{key}", sensor.key()))?;
+        let axes = match numbers {
+            [one] => [*one; 3],
+            [x, y, z] => [*x, *y, *z],
+            _ => return None,
+        };
+        axes.iter().any(|value| *value != 0.0).then_some(axes)
+    };
+    let output = Quantity::FixedBias.dimension(sensor);
+    for (key, path, factor, dimension) in [
+        ("TemperatureBias", "bias", 1.0, output),
+        (
+            "TemperatureScaleFactor",
+            "scale_factor",
+            0.01,
+            Dimension::RATIO,
+        ),
+    ] {
+        for (axis, value) in three(key).into_iter().flatten().enumerate() {
+            model.set_reference_temperature_c(25.0);
+            let path = format!("{path}.temperature.1");
+            let dimension = dimension.per_kelvin(1);
+            set_axis(model, sensor, &path, axis, factor * value, dimension)?;
+        }
+    }
+    if sensor == Sensor::Gyro
+        && let Some([x, y, z]) = three("AccelerationBias")
+    {
+        let matrix = [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
+        set_g_sensitivity(model, Some(matrix))?;
+    }
+    Ok(())
+}
+
+/// The diagonal is the scale factor's run-to-run spread; the rest, where equal, that of the misalignment.
+fn pyins_spread(
+    spread: Option<Matrix>,
+    model: &mut Model,
+    sensor: Sensor,
+    notes: &mut Vec<String>,
+) -> Result<(), Error> {
+    let Some(spread) = spread else { return Ok(()) };
+    let scale = [0, 1, 2].map(|axis| spread[axis][axis]);
+    if scale.iter().any(|value| *value != 0.0) {
+        for (axis, value) in scale.into_iter().enumerate() {
+            let path = "scale_factor.stability";
+            set_axis(model, sensor, path, axis, value, Dimension::RATIO)?;
+        }
+    }
+    let rest: Vec<f64> = (0..9)
+        .filter(|place| place % 4 != 0)
+        .map(|place| spread[place / 3][place % 3])
+        .collect();
+    if rest.iter().any(|value| *value != rest[0]) {
+        notes.push(format!(
+            "the off-diagonal of {}_model.scale_misal_sd was not read: a model has one misalignment stability for all six",
+            sensor.key()
+        ));
+    } else if rest[0] > 0.0 {
+        let path = format!("{}.misalignment.stability", sensor.key());
+        model.set(&path, Entry::of(rest[0], Dimension::ANGLE))?;
     }
     Ok(())
 }

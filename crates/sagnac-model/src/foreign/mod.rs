@@ -2,10 +2,15 @@
 
 pub mod audit;
 mod convention;
+mod correct;
+mod expression;
 mod flat;
 mod import;
+mod mistake;
+mod notes;
 mod readings;
 
-pub use audit::{Audit, AuditEntry, Mistake, Ratio, Verdict, audit};
+pub use audit::{Audit, AuditEntry, Ratio, Verdict, audit};
 pub use convention::Quantity;
 pub use import::{Imported, import};
+pub use mistake::Mistake;

@@ -1,17 +1,80 @@
 //! Which keys of each format are which quantities, in which convention.
 
 use super::convention::{Quantity, Reading, Rule, factor};
-use super::flat::Flat;
+use super::flat::{Flat, Item, Problem};
 use crate::export::Format;
+use crate::units::clip;
 use Quantity::{AllanMinimum, BiasSigma, Coefficient, FixedBias, RunToRun, Walk, White};
 use sagnac_core::Sensor::{self, Accel, Gyro};
 
 struct Reader<'a> {
     flat: &'a Flat,
     found: Vec<Reading>,
+    problems: Vec<Problem>,
+    /// Whether the tool reads one number where another takes three.
+    scalars: bool,
+    /// Whether the numbers came out of expressions.
+    computed: bool,
 }
 
 impl Reader<'_> {
+    /// The place of a key that ends so, once sure that it holds plain numbers and stands once.
+    fn place(&mut self, fits: impl Fn(&Item) -> bool) -> Option<usize> {
+        let mut places = (0..self.flat.items.len()).filter(|place| fits(&self.flat.items[*place]));
+        let place = places.next()?;
+        let item = &self.flat.items[place];
+        let mut refuse = |start: usize, what: String, advice: &'static str| {
+            self.problems.push(Problem {
+                start,
+                what,
+                advice,
+            });
+        };
+        if let Some(again) = places.next().map(|again| &self.flat.items[again]) {
+            let what = format!("`{}` stands twice", clip(&item.key));
+            refuse(again.start, what, "leave the one that counts");
+            return None;
+        }
+        // Values of a MAT file have no text; those of GTSAM were read as expressions.
+        let computed = self.computed || item.raw.is_empty() && !item.numbers.is_empty();
+        if !computed && (item.numbers.is_empty() || !item.is_plain()) {
+            let what = if item.raw.is_empty() {
+                format!("`{}` holds no number", clip(&item.key))
+            } else {
+                let raw = item.raw.split_whitespace().collect::<Vec<_>>().join(" ");
+                format!("`{}` is `{}`, no plain number", clip(&item.key), clip(&raw))
+            };
+            let advice = "write a number without a unit, as the tool reads it";
+            refuse(item.start, what, advice);
+            return None;
+        }
+        Some(place)
+    }
+
+    /// Looks at a key without a reading of its own.
+    fn check(&mut self, key: &str) {
+        self.place(|item| item.key == key);
+    }
+
+    /// One number, or three where the tool takes three.
+    fn has_length(&mut self, place: usize) -> bool {
+        let item = &self.flat.items[place];
+        let count = item.numbers.len();
+        let right = count == 1 || count == 3 && !self.scalars;
+        if !right {
+            let wanted = if self.scalars { "one" } else { "one or three" };
+            self.problems.push(Problem {
+                start: item.start,
+                what: format!(
+                    "`{}` holds {count} numbers, the tool reads {wanted}",
+                    clip(&item.key)
+                ),
+                advice: "write a number without a unit, as the tool reads it",
+            });
+        }
+        right
+    }
+
     /// Adds a key: one number for all axes, or three.
     fn add(
         &mut self,
@@ -33,14 +96,12 @@ impl Reader<'_> {
         convention: &'static str,
         times_s: &[f64],
     ) {
-        let Some(place) = self
-            .flat
-            .items
-            .iter()
-            .position(|item| item.key == key && !item.numbers.is_empty())
-        else {
+        let Some(place) = self.place(|item| item.key == key) else {
             return;
         };
+        if !self.has_length(place) {
+            return;
+        }
         let item = &self.flat.items[place];
         let three = item.numbers.len() == 3;
         for (number, value) in item
@@ -67,6 +128,46 @@ impl Reader<'_> {
         }
     }
 
+    /// Adds the diagonal of a covariance matrix: one number where its parts are equal.
+    fn add_covariance(
+        &mut self,
+        ends: &[&str],
+        sensor: Sensor,
+        quantity: Quantity,
+        convention: &'static str,
+        parts: &[usize; 3],
+    ) {
+        let Some(place) = self.place(|item| ends.iter().any(|end| item.key.ends_with(end))) else {
+            return;
+        };
+        let item = &self.flat.items[place];
+        let at = |part: usize| item.numbers.get(part).or(item.numbers.first()).copied();
+        let values = parts.map(|part| at(part).unwrap_or(f64::NAN));
+        let equal = values.iter().all(|value| *value == values[0]);
+        for (axis, value) in values
+            .into_iter()
+            .enumerate()
+            .take(if equal { 1 } else { 3 })
+        {
+            let letter = ["x", "y", "z"][axis];
+            self.found.push(Reading {
+                key: if equal {
+                    item.key.clone()
+                } else {
+                    format!("{}.{letter}", item.key)
+                },
+                sensor,
+                axis: (!equal).then_some(axis),
+                quantity,
+                value,
+                rule: Rule::Variance,
+                convention,
+                time_s: None,
+                place: (place, parts[axis].min(item.numbers.len().saturating_sub(1))),
+            });
+        }
+    }
+
     /// Adds one number of a key that holds several, for an axis or all.
     #[allow(clippy::too_many_arguments, reason = "a row of the tool's own table")]
     fn add_part(
@@ -80,10 +181,8 @@ impl Reader<'_> {
         convention: &'static str,
     ) {
         let Some(place) = self
-            .flat
-            .items
-            .iter()
-            .position(|item| item.key.ends_with(key) && item.numbers.len() > part)
+            .place(|item| item.key.ends_with(key))
+            .filter(|place| self.flat.items[*place].numbers.len() > part)
         else {
             return;
         };
@@ -107,12 +206,29 @@ const SI: Rule = Rule::Times(1.0);
 const DENSITY: &str = "continuous-time density, two-sided N";
 const WALK: &str = "continuous-time random walk K";
 
-/// The numbers of a file.
-pub(super) fn of(format: Format, flat: &Flat) -> Vec<Reading> {
+/// The numbers of a file, and what of it cannot be read.
+pub(super) fn of(format: Format, flat: &Flat) -> (Vec<Reading>, Vec<Problem>) {
     let mut reader = Reader {
         flat,
         found: Vec::new(),
+        problems: flat.problems.clone(),
+        computed: format == Format::Gtsam,
+        scalars: matches!(
+            format,
+            Format::Kalibr
+                | Format::KalibrResult
+                | Format::OpenVins
+                | Format::Kimera
+                | Format::Vins
+                | Format::OrbSlam3
+        ),
     };
+    for key in super::convention::rate_keys(format) {
+        reader.check(key);
+    }
+    for key in super::import::matrix_keys(format) {
+        reader.check(key);
+    }
     match format {
         Format::Kalibr | Format::Kimera => kalibr(&mut reader, ""),
         Format::KalibrResult | Format::OpenVins => kalibr(&mut reader, "imu0."),
@@ -141,39 +257,31 @@ pub(super) fn of(format: Format, flat: &Flat) -> Vec<Reading> {
             }
         }
         Format::Gtsam => {
-            // In the shape that is exported: np.eye(3) * sigma ** 2.
-            let sigma = "covariance N^2 I, written as sigma ** 2";
-            reader.add_part("setGyroscopeCovariance", 1, None, Gyro, White, SI, sigma);
-            reader.add_part(
-                "setAccelerometerCovariance",
-                1,
-                None,
-                Accel,
-                White,
-                SI,
-                sigma,
-            );
-            let sigma = "covariance K^2 I, written as sigma ** 2";
-            reader.add_part("setBiasOmegaCovariance", 1, None, Gyro, Walk, SI, sigma);
-            reader.add_part("setBiasAccCovariance", 1, None, Accel, Walk, SI, sigma);
-            reader.add_part(
-                "setBiasAccOmegaInit",
-                3,
-                None,
-                Gyro,
-                RunToRun,
-                SI,
-                "covariance of the bias, written as sigma ** 2",
-            );
-            reader.add_part(
-                "setBiasAccOmegaInit",
-                0,
-                None,
-                Accel,
-                RunToRun,
-                SI,
-                "covariance of the bias, written as sigma ** 2",
-            );
+            let diagonal = "diagonal of a continuous-time covariance";
+            for (sensor, quantity, ends) in [
+                (
+                    Gyro,
+                    White,
+                    ["setGyroscopeCovariance", "gyroscopeCovariance"],
+                ),
+                (
+                    Accel,
+                    White,
+                    ["setAccelerometerCovariance", "accelerometerCovariance"],
+                ),
+                (
+                    Gyro,
+                    Walk,
+                    ["setBiasOmegaCovariance", "biasOmegaCovariance"],
+                ),
+                (Accel, Walk, ["setBiasAccCovariance", "biasAccCovariance"]),
+            ] {
+                reader.add_covariance(&ends, sensor, quantity, diagonal, &[0, 1, 2]);
+            }
+            let ends = ["setBiasAccOmegaInit", "biasAccOmegaInt", "biasAccOmegaInit"];
+            let initial = "diagonal of the covariance of the initial bias";
+            reader.add_covariance(&ends, Gyro, RunToRun, initial, &[3, 4, 5]);
+            reader.add_covariance(&ends, Accel, RunToRun, initial, &[0, 1, 2]);
         }
         Format::Basalt => {
             for (sensor, name) in [(Gyro, "gyro"), (Accel, "accel")] {
@@ -186,6 +294,15 @@ pub(super) fn of(format: Format, flat: &Flat) -> Vec<Reading> {
                 (Gyro, "angular_velocity_covariance"),
                 (Accel, "linear_acceleration_covariance"),
             ] {
+                let nine = flat.get(key).is_none_or(|numbers| numbers.len() == 9);
+                if let Some(place) = reader.place(|item| item.key == key).filter(|_| !nine) {
+                    reader.problems.push(Problem {
+                        start: flat.items[place].start,
+                        what: format!("`{key}` does not hold 9 numbers"),
+                        advice: "write the nine numbers of a 3 x 3 matrix, row by row",
+                    });
+                    continue;
+                }
                 for axis in 0..3 {
                     reader.add_part(
                         key,
@@ -202,12 +319,25 @@ pub(super) fn of(format: Format, flat: &Flat) -> Vec<Reading> {
         Format::Gazebo => gazebo(&mut reader),
         Format::Matlab => {
             for (sensor, name) in [(Gyro, "gyro"), (Accel, "accel")] {
+                let single = flat.items.iter().any(|item| {
+                    item.key == format!("{name}.NoiseType")
+                        && item.raw.to_lowercase().contains("single")
+                });
+                let (rule, convention) = if single {
+                    let rule = Rule::Times(std::f64::consts::FRAC_1_SQRT_2);
+                    (rule, "single-sided density, N sqrt(2)")
+                } else {
+                    (
+                        SI,
+                        "double-sided density N, as NoiseType says or by default",
+                    )
+                };
                 reader.add(
                     &format!("{name}.NoiseDensity"),
                     sensor,
                     White,
-                    SI,
-                    "density, double-sided unless NoiseType says otherwise",
+                    rule,
+                    convention,
                 );
                 reader.add(&format!("{name}.RandomWalk"), sensor, Walk, SI, WALK);
                 reader.add(
@@ -226,7 +356,24 @@ pub(super) fn of(format: Format, flat: &Flat) -> Vec<Reading> {
                 );
             }
         }
-        Format::Px4 | Format::ArduPilot => {}
+        Format::Px4 | Format::ArduPilot => {
+            let starts = if format == Format::Px4 {
+                &["CAL_ACC0_", "CAL_GYRO0_", "TC_A0_", "TC_G0_"][..]
+            } else {
+                &["INS_ACC", "INS_GYR", "INS_TCAL1_"]
+            };
+            let mut keys: Vec<&str> = flat
+                .items
+                .iter()
+                .map(|item| item.key.as_str())
+                .filter(|key| starts.iter().any(|start| key.starts_with(start)))
+                .collect();
+            keys.sort_unstable();
+            keys.dedup();
+            for key in keys {
+                reader.check(key);
+            }
+        }
         Format::ImuUtils => imu_utils(&mut reader),
         Format::GnssInsSim => {
             let times = |key: &str| flat.get(key).map(<[f64]>::to_vec).unwrap_or_default();
@@ -396,7 +543,7 @@ pub(super) fn of(format: Format, flat: &Flat) -> Vec<Reading> {
             );
         }
     }
-    reader.found
+    (reader.found, reader.problems)
 }
 
 fn kalibr(reader: &mut Reader, prefix: &str) {
@@ -490,34 +637,44 @@ fn gazebo(reader: &mut Reader) {
     }
 }
 
-/// `_w` is an Allan minimum unless it is below a hundredth of `_n`.
+/// Whether an imu_utils file says that its numbers are N and K: by the unit of its block.
+pub(super) fn says_continuous(flat: &Flat) -> bool {
+    flat.items.iter().any(|item| {
+        matches!(item.key.as_str(), "Gyr.unit" | "Acc.unit") && item.raw.contains("sqrt(Hz)")
+    })
+}
+
+/// `_w` is an Allan minimum unless the file says otherwise, or it is below a hundredth of `_n`.
 fn imu_utils(reader: &mut Reader) {
+    let stated = says_continuous(reader.flat);
     for (sensor, top, letters) in [(Gyro, "Gyr", "gyr"), (Accel, "Acc", "acc")] {
-        {
-            let block = "avg-axis";
-            let [n, w] = ["n", "w"].map(|kind| format!("{top}.{block}.{letters}_{kind}"));
-            reader.add(
-                &n,
-                sensor,
-                White,
-                SI,
-                "N, or sqrt(f) N of the last version of the original",
-            );
-            let walk = reader
-                .flat
-                .one(&w)
-                .zip(reader.flat.one(&n))
-                .is_some_and(|(w, n)| w < n / 100.0);
-            if walk {
-                reader.add(&w, sensor, Walk, SI, WALK);
+        let key = |block: &str, kind: &str| format!("{top}.{block}.{letters}_{kind}");
+        let small = reader
+            .flat
+            .one(&key("avg-axis", "w"))
+            .zip(reader.flat.one(&key("avg-axis", "n")))
+            .is_some_and(|(w, n)| w < n / 100.0);
+        for (axis, block) in [
+            (None, "avg-axis"),
+            (Some(0), "x-axis"),
+            (Some(1), "y-axis"),
+            (Some(2), "z-axis"),
+        ] {
+            let before = reader.found.len();
+            let n = if stated {
+                "N, as the unit says"
             } else {
-                reader.add(
-                    &w,
-                    sensor,
-                    AllanMinimum,
-                    SI,
-                    "the minimum of the Allan deviation",
-                );
+                "N, or sqrt(f) N of the last version of the original"
+            };
+            reader.add(&key(block, "n"), sensor, White, SI, n);
+            if stated || small {
+                reader.add(&key(block, "w"), sensor, Walk, SI, WALK);
+            } else {
+                let minimum = "the minimum of the Allan deviation";
+                reader.add(&key(block, "w"), sensor, AllanMinimum, SI, minimum);
+            }
+            for reading in &mut reader.found[before..] {
+                reading.axis = axis;
             }
         }
     }
