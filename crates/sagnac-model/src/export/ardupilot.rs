@@ -1,8 +1,8 @@
 //! ArduPilot parameters: temperature, minus ACCOFFS, times ACCSCAL; the polynomial is about 35 °C and scaled by 10⁶.
 
-use super::Source;
-use super::px4::{dropped, polynomial, temperature_range};
+use super::px4::{absent, dropped, is_calibrated, polynomial, scale_warnings, temperature_range};
 use super::text::{comment, number};
+use super::{Exported, Source};
 use sagnac_core::Sensor;
 
 /// ArduPilot's reference temperature [°C].
@@ -20,7 +20,8 @@ pub(crate) fn shifted(coefficients: &[f64], by: f64) -> Vec<f64> {
     shifted
 }
 
-pub(super) fn write(source: &Source) -> String {
+pub(super) fn write(source: &Source) -> Exported {
+    let mut remarks = Vec::new();
     let mut text = comment("#", &source.head());
     let reference_c = source.core.reference_temperature_c;
     let mut thermal = String::new();
@@ -28,6 +29,9 @@ pub(super) fn write(source: &Source) -> String {
         (Sensor::Accel, "INS_ACCOFFS", "ACC"),
         (Sensor::Gyro, "INS_GYROFFS", "GYR"),
     ] {
+        if !is_calibrated(source, sensor) {
+            continue;
+        }
         let bias = source.fixed_bias(sensor);
         text.push_str(&comment("#", &bias.comment));
         for (axis, name) in ["X", "Y", "Z"].iter().enumerate() {
@@ -36,11 +40,10 @@ pub(super) fn write(source: &Source) -> String {
         if sensor == Sensor::Accel {
             let matrix = source.matrix(sensor);
             text.push_str("# 1/(1 + scale factor error)\n");
+            let scales = [0, 1, 2].map(|axis| 1.0 / matrix[axis][axis]);
+            remarks.extend(scale_warnings(scales, "INS_ACCSCAL_?", [0.8, 1.2]));
             for (axis, name) in ["X", "Y", "Z"].iter().enumerate() {
-                text.push_str(&format!(
-                    "INS_ACCSCAL_{name},{}\n",
-                    number(1.0 / matrix[axis][axis])
-                ));
+                text.push_str(&format!("INS_ACCSCAL_{name},{}\n", number(scales[axis])));
             }
         }
         if let Some(rows) = polynomial(source, sensor) {
@@ -75,23 +78,30 @@ pub(super) fn write(source: &Source) -> String {
             ));
         }
         text.push_str("# the temperature at which the offsets hold\n");
-        text.push_str(&format!(
-            "INS_ACC1_CALTEMP,{0}\nINS_GYR1_CALTEMP,{0}\n",
-            number(reference_c)
-        ));
+        for (sensor, block) in [(Sensor::Accel, "ACC"), (Sensor::Gyro, "GYR")] {
+            if is_calibrated(source, sensor) {
+                let celsius = number(reference_c);
+                text.push_str(&format!("INS_{block}1_CALTEMP,{celsius}\n"));
+            }
+        }
         text.push_str(&thermal);
     }
     for sensor in [Sensor::Accel, Sensor::Gyro] {
-        text.push_str(&comment(
-            "#",
-            &format!(
-                "{}: {}",
-                sensor.name(),
-                dropped(source, sensor, sensor == Sensor::Accel)
-            ),
-        ));
+        let said = if is_calibrated(source, sensor) {
+            let left_out = dropped(source, sensor, sensor == Sensor::Accel);
+            format!("{}: {left_out}", sensor.name())
+        } else {
+            absent(sensor)
+        };
+        text.push_str(&comment("#", &said));
     }
-    text
+    for remark in &remarks {
+        text.push_str(&comment("#", remark));
+    }
+    Exported {
+        bytes: text.into_bytes(),
+        remarks,
+    }
 }
 
 #[cfg(test)]

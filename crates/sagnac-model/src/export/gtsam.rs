@@ -46,7 +46,7 @@ pub(super) fn write(source: &Source) -> Result<String, Error> {
     ));
     body.push_str(&comment("    #", &format!("gyro {}", gyro.comment)));
     body.push_str(&format!(
-        "    params.setBiasAccOmegaInit(np.diag([{0} ** 2] * 3 + [{1} ** 2] * 3))\n",
+        "    # gtsam from 4.3 on has it no more\n    if hasattr(params, \"setBiasAccOmegaInit\"):\n        params.setBiasAccOmegaInit(np.diag([{0} ** 2] * 3 + [{1} ** 2] * 3))\n",
         number(accel_sigma),
         number(gyro_sigma)
     ));

@@ -85,7 +85,10 @@ impl<'a> Source<'a> {
 
     /// The sampling rate [Hz].
     pub(crate) fn rate_hz(&self) -> Result<f64, Error> {
-        let advice = Some("add to the model for instance sample_rate = \"200 Hz\"".to_string());
+        let advice = Some(
+            "add --rate, for instance --rate 200Hz, or to the model sample_rate = \"200 Hz\""
+                .to_string(),
+        );
         self.model.sample_rate_hz().ok_or_else(|| {
             self.model.missing(
                 &format!("sample rate, which {} needs", self.format.name()),
@@ -132,16 +135,12 @@ impl<'a> Source<'a> {
             Some(Walk::Stated(value) | Walk::GaussMarkov(value) | Walk::Flicker(value)) => *value,
             None => 0.0,
         });
-        let from = found
-            .iter()
-            .zip(axes)
-            .filter_map(|(walk, value)| walk.as_ref().map(|walk| (walk, value)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map_or("not in the model", |(walk, _)| match walk {
-                Walk::Stated(_) => "",
-                Walk::GaussMarkov(_) => "from the Gauss-Markov term, sigma sqrt(2/T_c)",
-                Walk::Flicker(_) => "from flicker: sqrt(3) (0.664 B)^2 / N",
-            });
+        let from = by_axis(found.each_ref().map(|walk| match walk {
+            None => "not in the model",
+            Some(Walk::Stated(_)) => "",
+            Some(Walk::GaussMarkov(_)) => "from the Gauss-Markov term, sigma sqrt(2/T_c)",
+            Some(Walk::Flicker(_)) => "from flicker: sqrt(3) (0.664 B)^2 / N",
+        }));
         let entries = [0, 1, 2].map(|axis| {
             self.model
                 .under(sensor, &format!("noise.{key}"), axis)
@@ -153,7 +152,7 @@ impl<'a> Source<'a> {
             axes,
             &entries,
             walk_dimension(sensor),
-            from,
+            &from,
         )
     }
 
@@ -205,7 +204,7 @@ impl<'a> Source<'a> {
     pub fn correlated_bias(&self, sensor: Sensor) -> (Number, [f64; 3]) {
         let mut sigmas = [0.0; 3];
         let mut times = [CONVENTION_S; 3];
-        let mut from = "not in the model; T_c 3600 s is a convention";
+        let mut from = ["not in the model; T_c 3600 s is a convention"; 3];
         for axis in 0..3 {
             let noise = self.model.axis_noise(sensor, axis);
             let largest = noise
@@ -221,13 +220,13 @@ impl<'a> Source<'a> {
             if let Some(term) = largest {
                 sigmas[axis] = term.sigma;
                 times[axis] = term.correlation_time_s;
-                from = "the Gauss-Markov term";
+                from[axis] = "the Gauss-Markov term";
             } else if noise.flicker.coefficient > 0.0 {
                 sigmas[axis] = FLICKER_FLOOR * noise.flicker.coefficient / GAUSS_MARKOV_PEAK;
-                from = "from flicker, 1.076 B; T_c 3600 s is a convention";
+                from[axis] = "from flicker, 1.076 B; T_c 3600 s is a convention";
             } else if walk > 0.0 {
                 sigmas[axis] = walk * (CONVENTION_S / 2.0).sqrt();
-                from = "from K, K sqrt(T_c/2); T_c 3600 s is a convention";
+                from[axis] = "from K, K sqrt(T_c/2); T_c 3600 s is a convention";
             }
         }
         (
@@ -236,7 +235,7 @@ impl<'a> Source<'a> {
                 sigmas,
                 &[None, None, None],
                 output_dimension(sensor),
-                from,
+                &by_axis(from),
             ),
             times,
         )
@@ -420,6 +419,30 @@ impl<'a> Source<'a> {
         }
         Number { axes, comment }
     }
+}
+
+/// One reason where it is that of all axes, else each with the axes it is of.
+fn by_axis(reasons: [&str; 3]) -> String {
+    if reasons.iter().all(|reason| *reason == reasons[0]) {
+        return reasons[0].to_string();
+    }
+    let mut parts: Vec<String> = Vec::new();
+    for (axis, reason) in reasons.iter().enumerate() {
+        if reasons[..axis].contains(reason) {
+            continue;
+        }
+        let axes: Vec<&str> = (axis..3)
+            .filter(|other| reasons[*other] == *reason)
+            .map(|other| ["x", "y", "z"][other])
+            .collect();
+        let reason = if reason.is_empty() {
+            "as stated"
+        } else {
+            *reason
+        };
+        parts.push(format!("{}: {reason}", axes.join(", ")));
+    }
+    parts.join("; ")
 }
 
 pub(crate) fn white_dimension(sensor: Sensor) -> Dimension {
