@@ -55,3 +55,36 @@ fn usage_errors_exit_with_2_and_data_errors_with_1() {
         assert!(output.stdout.is_empty());
     }
 }
+
+#[test]
+fn completions_offer_formats_and_units() {
+    for shell in ["bash", "zsh", "fish"] {
+        let script = help(&["completions", shell]);
+        for word in ["kalibr-result", "gnss-ins-sim", "kHz", "arcmin", "degC"] {
+            assert!(script.contains(word), "{shell} lacks {word}");
+        }
+    }
+    // Bash completes the number that was typed.
+    let script = help(&["completions", "bash"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sagnac.bash");
+    let call = "COMP_WORDS=(sagnac info log.csv --rate 200); COMP_CWORD=4; _sagnac sagnac 200 --rate; echo \"${COMPREPLY[*]}\"\n";
+    std::fs::write(&path, script + call).unwrap();
+    let output = Command::new("bash").arg(&path).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(said.trim(), "200Hz 200kHz");
+    // What is refused is refused as before.
+    let output = sagnac(&["export", "catalog:ADIS16448", "--to", "kalib"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("there is no format `kalib`"), "{error}");
+    // A catalogue entry states no rate.
+    let text = help(&[
+        "export",
+        "catalog:ADIS16448",
+        "--to",
+        "ros-imu",
+        "--rate",
+        "200Hz",
+    ]);
+    assert!(text.contains("angular_velocity_covariance"), "{text}");
+}

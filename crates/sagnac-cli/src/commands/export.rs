@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use sagnac::Error;
 use sagnac::export::{ExportRequest, export};
 use sagnac::model::export::Format;
+use sagnac::model::units::Dimension;
 
 use crate::context::{Context, write_stdout};
 use crate::models;
@@ -26,6 +27,9 @@ pub(crate) struct Args {
     /// Where to write it [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Sampling rate, where the model does not say it or the tool runs at another
+    #[arg(long, value_name = "RATE")]
+    rate: Option<String>,
     /// Factor on N, K and in-run bias sigmas; every comment says it
     #[arg(long, value_name = "X", default_value = "1")]
     inflate: String,
@@ -53,7 +57,12 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .as_deref()
         .map(|path| Output::claim(path, "export -o", args.force))
         .transpose()?;
-    let outcome = export(&models::load(&args.model)?, &request)?;
+    let mut model = models::load(&args.model)?;
+    if let Some(rate) = &args.rate {
+        let rate_hz = crate::quantities::positive("--rate", rate, Dimension::FREQUENCY)?;
+        model.set_sample_rate_hz(rate_hz).map_err(Error::from)?;
+    }
+    let outcome = export(&model, &request)?;
     for remark in &outcome.remarks {
         context.note(remark);
     }
