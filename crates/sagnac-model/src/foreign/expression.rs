@@ -37,6 +37,19 @@ enum Value {
     Diagonal(Vec<f64>),
 }
 
+impl Value {
+    /// How many numbers it holds: lists of lists would grow by powers.
+    fn count(&self) -> usize {
+        match self {
+            Self::Number(_) => 1,
+            Self::List(values) | Self::Array(values) => {
+                1 + values.iter().map(Self::count).sum::<usize>()
+            }
+            Self::Diagonal(values) => values.len(),
+        }
+    }
+}
+
 /// The covariances that a file sets, as diagonals (one number where all are equal).
 pub(crate) fn gtsam(text: &str) -> Flat {
     let cpp = ["::", "->", "#include"]
@@ -444,11 +457,14 @@ impl Parser<'_> {
 
     fn arguments(&mut self, close: &str) -> Result<Vec<Value>, String> {
         let mut values = Vec::new();
+        let mut count = 0;
         while !self.take(close) {
-            if values.len() >= LONGEST_LIST {
+            let value = self.sum()?;
+            count += value.count();
+            if count > LONGEST_LIST {
                 return Err("a list is too long".into());
             }
-            values.push(self.sum()?);
+            values.push(value);
             if !self.take(",") && !self.rest.starts_with(close) {
                 return Err(if self.rest.is_empty() {
                     "a bracket is not closed".into()
@@ -462,7 +478,11 @@ impl Parser<'_> {
 
     fn named(&self, name: &str) -> Result<Value, String> {
         if let Some(known) = self.names.get(name) {
-            return known.clone().map_err(|why| format!("{why} (in `{name}`)"));
+            // The first names tell enough, and a long chain of them would grow without end.
+            return known.clone().map_err(|why| match why.len() {
+                ..200 => format!("{why} (in `{}`)", crate::units::clip(name)),
+                _ => why,
+            });
         }
         let last = name.rsplit(['.', ':', '>']).next().unwrap_or(name);
         match last {

@@ -23,29 +23,14 @@ impl Reader<'_> {
         let mut places = (0..self.flat.items.len()).filter(|place| fits(&self.flat.items[*place]));
         let place = places.next()?;
         let item = &self.flat.items[place];
-        let mut refuse = |start: usize, what: String, advice: &'static str| {
-            self.problems.push(Problem {
-                start,
-                what,
-                advice,
-            });
-        };
-        if let Some(again) = places.next().map(|again| &self.flat.items[again]) {
-            let what = format!("`{}` stands twice", clip(&item.key));
-            refuse(again.start, what, "leave the one that counts");
+        if let Some(again) = places.next() {
+            self.problems.push(twice(&self.flat.items[again]));
             return None;
         }
         // Values of a MAT file have no text; those of GTSAM were read as expressions.
         let computed = self.computed || item.raw.is_empty() && !item.numbers.is_empty();
         if !computed && (item.numbers.is_empty() || !item.is_plain()) {
-            let what = if item.raw.is_empty() {
-                format!("`{}` holds no number", clip(&item.key))
-            } else {
-                let raw = item.raw.split_whitespace().collect::<Vec<_>>().join(" ");
-                format!("`{}` is `{}`, no plain number", clip(&item.key), clip(&raw))
-            };
-            let advice = "write a number without a unit, as the tool reads it";
-            refuse(item.start, what, advice);
+            self.problems.push(not_plain(item));
             return None;
         }
         Some(place)
@@ -199,6 +184,27 @@ impl Reader<'_> {
             time_s: None,
             place: (place, part),
         });
+    }
+}
+
+fn twice(item: &Item) -> Problem {
+    Problem {
+        start: item.start,
+        what: format!("`{}` stands twice", clip(&item.key)),
+        advice: "leave the one that counts",
+    }
+}
+
+fn not_plain(item: &Item) -> Problem {
+    let raw = item.raw.split_whitespace().collect::<Vec<_>>().join(" ");
+    Problem {
+        start: item.start,
+        what: if raw.is_empty() {
+            format!("`{}` holds no number", clip(&item.key))
+        } else {
+            format!("`{}` is `{}`, no plain number", clip(&item.key), clip(&raw))
+        },
+        advice: "write a number without a unit, as the tool reads it",
     }
 }
 
@@ -362,16 +368,16 @@ pub(super) fn of(format: Format, flat: &Flat) -> (Vec<Reading>, Vec<Problem>) {
             } else {
                 &["INS_ACC", "INS_GYR", "INS_TCAL1_"]
             };
-            let mut keys: Vec<&str> = flat
-                .items
-                .iter()
-                .map(|item| item.key.as_str())
-                .filter(|key| starts.iter().any(|start| key.starts_with(start)))
-                .collect();
-            keys.sort_unstable();
-            keys.dedup();
-            for key in keys {
-                reader.check(key);
+            let mut seen = std::collections::HashSet::new();
+            for item in &flat.items {
+                if !starts.iter().any(|start| item.key.starts_with(start)) {
+                    continue;
+                }
+                if !seen.insert(item.key.as_str()) {
+                    reader.problems.push(twice(item));
+                } else if !item.is_plain() {
+                    reader.problems.push(not_plain(item));
+                }
             }
         }
         Format::ImuUtils => imu_utils(&mut reader),

@@ -81,3 +81,21 @@ fn what_cannot_be_read_is_refused_by_name() {
         );
     }
 }
+
+#[test]
+fn lists_of_lists_and_chains_of_names_stay_small() {
+    let mut lists = String::from("v0 = [1] * 6\n");
+    let mut chain = String::from("w0 = unknown\n");
+    for k in 0..2000 {
+        lists.push_str(&format!(
+            "v{} = [v{k}, v{k}, v{k}, v{k}, v{k}, v{k}]\n",
+            k + 1
+        ));
+        chain.push_str(&format!("w{} = w{k}\n", k + 1));
+    }
+    let flat = gtsam(&(lists + "p.setGyroscopeCovariance(v2000)\n"));
+    assert!(flat.problems[0].what.contains("too long"));
+    let flat = gtsam(&(chain + "p.setGyroscopeCovariance(w2000)\n"));
+    let what = &flat.problems[0].what;
+    assert!(what.contains("`unknown`") && what.len() < 400, "{what}");
+}
