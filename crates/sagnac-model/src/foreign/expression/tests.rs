@@ -67,7 +67,7 @@ fn what_cannot_be_read_is_refused_by_name() {
             "np.array([[1, 1, 0], [0, 1, 0], [0, 0, 1]])",
             "off its diagonal",
         ),
-        ("np.eye(3) * config['v']", "not understood"),
+        ("np.eye(3) * config['v']", "`config`"),
         ("np.eye(3) * (v", ""),
     ] {
         let flat = gtsam(&format!(
