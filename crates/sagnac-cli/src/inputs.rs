@@ -235,6 +235,7 @@ fn hashed_source(path: &Path, hashes: Option<&Hashes>) -> Result<(Source, Meter)
     if metadata.is_dir() {
         return Ok((Source::folder(label, Directory(path.to_owned())), meter));
     }
+    crate::outputs::reads(path)?;
     let file = File::open(path).map_err(|error| unreadable(path, &error))?;
     let counted = Counted {
         inner: file,
@@ -264,6 +265,7 @@ pub(crate) fn text(path: &Path) -> Result<String, Error> {
         if path.is_dir() {
             return Err(Error::data(format!("{label} is a folder")).advise("name the file in it"));
         }
+        crate::outputs::reads(path)?;
         File::open(path).and_then(|file| file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes))
     };
     read.map_err(|error| unreadable(path, &error))?;
@@ -299,6 +301,7 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let read = if path == Path::new("-") {
         io::stdin().take(LARGEST_TEXT + 1).read_to_end(&mut bytes)
     } else {
+        crate::outputs::reads(path)?;
         File::open(path).and_then(|file| file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes))
     };
     read.map_err(|error| unreadable(path, &error))?;
@@ -375,6 +378,8 @@ impl Folder for Directory {
     }
 
     fn open(&self, name: &str) -> io::Result<Box<dyn ReadSeek>> {
-        Ok(Box::new(BufReader::new(File::open(self.0.join(name))?)))
+        let path = self.0.join(name);
+        crate::outputs::reads(&path).map_err(|error| io::Error::other(error.to_string()))?;
+        Ok(Box::new(BufReader::new(File::open(path)?)))
     }
 }

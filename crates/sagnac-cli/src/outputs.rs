@@ -56,6 +56,53 @@ fn once(folder: &Path, path: &Path) -> Result<(), String> {
     }
 }
 
+/// Files that this command has read, and claimed ones that exist already, by their true paths: a
+/// run must not replace what it reads, whichever of the two comes first.
+static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+static REPLACED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// The path without links, of a regular file that exists: a device can be read and written.
+fn true_path(path: &Path) -> Option<PathBuf> {
+    fs::canonicalize(path).ok().filter(|path| path.is_file())
+}
+
+fn same_file(path: &Path) -> Error {
+    Error::usage(format!("{} is an input of this run", path.display()))
+        .advise("write to a file of another name: an input is never replaced")
+}
+
+/// Notes that `path` is read.
+///
+/// # Errors
+/// It is an output of this run.
+pub(crate) fn reads(path: &Path) -> Result<(), Error> {
+    let Some(file) = true_path(path) else {
+        return Ok(());
+    };
+    let replaced = REPLACED.lock().unwrap_or_else(PoisonError::into_inner);
+    if replaced.contains(&file) {
+        return Err(same_file(path));
+    }
+    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    read.insert(file);
+    Ok(())
+}
+
+/// Notes that `path` will be replaced, where it exists.
+fn replaces(path: &Path) -> Result<(), Error> {
+    let Some(file) = true_path(path) else {
+        return Ok(());
+    };
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    if read.contains(&file) {
+        return Err(same_file(path));
+    }
+    drop(read);
+    let mut replaced = REPLACED.lock().unwrap_or_else(PoisonError::into_inner);
+    replaced.insert(file);
+    Ok(())
+}
+
 /// One claimed output.
 pub(crate) struct Output {
     path: PathBuf,
@@ -108,6 +155,7 @@ impl Output {
                 target: Target::Direct(BufWriter::with_capacity(1 << 20, file)),
             });
         }
+        replaces(path).map_err(|error| error.at(option.to_owned()))?;
         if metadata.is_some() && !force {
             return Err(
                 refuse(format!("{name} exists")).advise("choose another name or add --force")

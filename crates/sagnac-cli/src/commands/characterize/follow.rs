@@ -44,6 +44,7 @@ pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Resul
     let path = args.logs.first().map_or(Path::new("-"), |p| p.as_path());
     INTERRUPT_ENDS_INPUT.store(true, Ordering::SeqCst);
     let mut reader: Box<dyn LogReader> = if path.is_file() {
+        crate::outputs::reads(path)?;
         let file = File::open(path).map_err(|e| {
             Error::data(format!(
                 "{} cannot be read: {}",
