@@ -96,6 +96,13 @@ def ulog(path):
     return data["timestamp"].astype("i8") * 1000, np.array(six, "f8").T
 
 
+def vehicle_imu(path, instance):
+    """pyulog: increments over their own intervals."""
+    data = next(d for d in ULog(str(path), ["vehicle_imu"]).data_list if d.multi_id == instance).data
+    six = [data[f"delta_{n}[{k}]"].astype("f8") / (1e-6 * data[f"delta_{n}_dt"]) for n in ("angle", "velocity") for k in range(3)]
+    return data["timestamp_sample"].astype("i8") * 1000, np.array(six).T
+
+
 def dataflash(path, name="IMU", instance=None):
     log, rows = DFReader.DFReader_binary(str(path)), []
     while (m := log.recv_match(type=[name])) is not None:
@@ -173,6 +180,7 @@ for name in ("none.bag", "bz2.bag", "lz4.bag"):
 for name in ("none.mcap", "zstd.mcap", "lz4.mcap"):
     check(logs / name, mcap)
 check(logs / "none.db3", sqlite)
+check(logs / "packed.db3", lambda _: sqlite(logs / "none.db3"))
 check(logs / "small.ulg", ulog)
 for instance in range(2):
     check(logs / "small.bin", dataflash, "--topic", f"IMU[{instance}]", instance=instance)
@@ -185,6 +193,8 @@ check(real / "ros2/phidgets_20s_db3/phidgets_20s_db3.db3", sqlite)
 check(real / "ros2/constant_imu/rosbag2_test_0.db3", sqlite)
 check(real / "ulog/sample.ulg", ulog)
 check(real / "ulog/fmu_v6c_6s.ulg", ulog)
+for instance in range(2):
+    check(real / "ulog/fmu_v6c_6s.ulg", vehicle_imu, "--topic", str(instance), instance=instance)
 for name in ("IMU", "IMU2"):
     check(real / "ardupilot/plane_px4v4.BIN", dataflash, "--topic", name, name=name)
 for instance in range(2):

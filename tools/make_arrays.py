@@ -66,6 +66,7 @@ def hdf5(name, libver=None, **options):
 
 hdf5("contiguous.h5")
 hdf5("filters.h5", compression="gzip", shuffle=True, fletcher32=True)
+hdf5("fletcher.h5", chunks=True, fletcher32=True)
 hdf5("version108.h5", ("v108", "v108"), compression="gzip")
 hdf5("latest.h5", ("latest", "latest"), chunks=True)
 with h5py.File(out / "odd_chunks.h5", "w") as f:
@@ -89,6 +90,8 @@ for name, options in [
     ("zstd.parquet", dict(compression="zstd", row_group_size=17, use_dictionary=False)),
     ("gzip_v2.parquet", dict(compression="gzip", data_page_version="2.0", use_dictionary=False,
                              column_encoding={"t": "BYTE_STREAM_SPLIT", "stamp": "DELTA_BINARY_PACKED"})),
+    ("checked.parquet", dict(compression="none", use_dictionary=False, write_page_checksum=True)),
+    ("brotli.parquet", dict(compression="brotli")),
 ]:
     pq.write_table(table, out / name, **options)
 
@@ -108,3 +111,10 @@ imu = pa.StructArray.from_arrays(list(parts.values()), list(parts), mask=pa.arra
 nested = pa.table({"imu": imu, "t": t})
 with pa.ipc.new_file(out / "nested.arrow", nested.schema) as f:
     f.write_table(nested)
+
+# Numbers of two bytes, and three of a row as a list of its own length, one of them null, one a row of none.
+half = {f"gyr_{a}": pa.array((gyr[:, j] / 8).astype("f2")) for j, a in enumerate("xyz")}
+lists = pa.FixedSizeListArray.from_arrays(pa.array(gyr.ravel(), mask=np.arange(3 * n) == 13), 3, mask=pa.array(k == 9))
+small = pa.table({"time": t, "word": pa.array(["x"] * n), "gyr": lists} | half)
+feather.write_feather(small, out / "lists.arrow", compression="lz4", chunksize=17)
+pq.write_table(small, out / "lists.parquet")

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from mcap.writer import CompressionType, Writer as McapWriter
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin, Writer as Writer2
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 out = Path(sys.argv[1])
@@ -52,13 +52,18 @@ for name, packing in [("none", None), ("bz2", Writer1.CompressionFormat.BZ2), ("
         topic = writer.add_connection("/imu", KIND, typestore=ros1)
         for ns, message in messages(ros1):
             writer.write(topic, ns, ros1.serialize_ros1(message, KIND))
-for plugin, end in [(StoragePlugin.SQLITE3, "db3"), (StoragePlugin.MCAP, "mcap")]:
+for name, plugin, end in [
+    ("none", StoragePlugin.SQLITE3, "db3"), ("none", StoragePlugin.MCAP, "mcap"), ("packed", StoragePlugin.SQLITE3, "db3"),
+]:
     with tempfile.TemporaryDirectory() as folder:
-        with Writer2(Path(folder) / "a", version=8, storage_plugin=plugin) as writer:
+        writer = Writer2(Path(folder) / "a", version=8, storage_plugin=plugin)
+        if name == "packed":
+            writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
+        with writer:
             topic = writer.add_connection("/imu", KIND, typestore=ros2)
             for ns, message in messages(ros2):
                 writer.write(topic, ns, ros2.serialize_cdr(message, KIND))
-        shutil.copy(next((Path(folder) / "a").glob("*." + end)), out / f"none.{end}")
+        shutil.copy(next((Path(folder) / "a").glob("*." + end)), out / f"{name}.{end}")
 for name, packing in [("zstd", CompressionType.ZSTD), ("lz4", CompressionType.LZ4)]:
     with open(out / f"{name}.mcap", "wb") as f:
         writer = McapWriter(f, compression=packing, chunk_size=2000)

@@ -360,7 +360,11 @@ impl Folder for Directory {
             for entry in std::fs::read_dir(&folder)? {
                 let entry = entry?;
                 let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-                let kind = entry.file_type()?;
+                // What a link leads to, where it leads to something.
+                let kind = match std::fs::metadata(entry.path()) {
+                    Ok(there) => there.file_type(),
+                    Err(_) => entry.file_type()?,
+                };
                 if kind.is_dir() && depth < 4 {
                     open.push((entry.path(), format!("{name}/"), depth + 1));
                 } else if !kind.is_dir() {

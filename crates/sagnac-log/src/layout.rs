@@ -116,6 +116,8 @@ pub struct Layout {
     pub topic: Option<String>,
     /// Axes as the format defines them ("x forward, right, down (FRD)"), where it does.
     pub frame: Option<String>,
+    /// `frame_id` of the messages of a ROS recording, whose topic the ROS writers keep too.
+    pub frame_id: Option<String>,
     /// Covariances of a sample as the source states them, row by row: angular velocity [rad²/s²], acceleration [m²/s⁴].
     pub covariances: Option<[[f64; 9]; 2]>,
     /// Samples, where the file says so before it is read.

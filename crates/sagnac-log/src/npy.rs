@@ -81,7 +81,7 @@ impl Scalar {
 }
 
 /// IEEE 754 binary16.
-fn half(bits: u16) -> f64 {
+pub(crate) fn half(bits: u16) -> f64 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
     let exponent = i32::from(bits >> 10 & 31);
     let fraction = f64::from(bits & 1023) / 1024.0;
@@ -377,6 +377,14 @@ impl Npy {
             done: 0,
             buffer: Vec::new(),
         }
+    }
+
+    /// Reads what follows the last row of an array in an archive: its checksum stands at the end.
+    pub(crate) fn drain(&mut self) -> std::io::Result<()> {
+        if let Data::Rows(reader) = &mut self.data {
+            std::io::copy(reader, &mut std::io::sink())?;
+        }
+        Ok(())
     }
 
     fn block_rows(&self) -> u64 {

@@ -199,3 +199,76 @@ fn real_recordings_agree() {
         );
     }
 }
+
+#[test]
+fn numbers_of_two_bytes_and_lists_of_fixed_length_are_read() {
+    let columns = "time=time:s, gyro=gyr:rad/s, accel=gyr_x,gyr_y,gyr_z:m/s^2";
+    let log = read(file(&small("lists.arrow")), &options(columns, None)).unwrap();
+    assert_eq!(log.rows, 60);
+    for k in 0..60 {
+        for (j, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let wanted = (k as f64 + 1000.0 * j as f64) / 8.0;
+            let value = log.channel(&format!("gyro_{axis}")).unwrap()[k];
+            if k == 9 || 3 * k + j == 13 {
+                assert!(value.is_nan(), "{k} {axis}");
+            } else {
+                assert_eq!(value, wanted);
+            }
+            let half = log.channel(&format!("accel_{axis}")).unwrap()[k];
+            assert!((half - wanted / 8.0).abs() <= 1.0 / 64.0, "{half}");
+        }
+    }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn lists_of_parquet_are_told_with_their_names() {
+    let columns = "time=time:s, accel=gyr_x,gyr_y,gyr_z:m/s^2";
+    let log = read(file(&small("lists.parquet")), &options(columns, None)).unwrap();
+    assert_eq!(log.channel("accel_z").unwrap()[59], 32.15625);
+    let notes = log.layout.notes.join("; ");
+    assert!(
+        notes.contains("lists are not read, and were left out: gyr;"),
+        "{notes}"
+    );
+    let error = read(file(&small("lists.parquet")), &ReadOptions::default()).unwrap_err();
+    let advice = error.advice().unwrap_or_default();
+    assert!(advice.contains("lists"), "{error}: {advice}");
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn the_unit_of_the_formats_own_stamps_counts() {
+    let unit = |unit: &str| {
+        let columns = format!("time=stamp{unit}, gyro_x=gyr_x:rad/s");
+        read(file(&small("snappy.parquet")), &options(&columns, None))
+    };
+    for own in ["", ":ns", ":iso"] {
+        let log = unit(own).unwrap();
+        let last = Stamp::Nanoseconds(1_520_530_308_181_901_469 + 59 * 5_000_000);
+        assert_eq!(log.stamps.get(59), Some(last), "{own}");
+    }
+    let error = unit(":s").unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("holds time stamps in ns by the file's own word, not in s"),
+        "{error}"
+    );
+    assert!(error.advice().unwrap().contains(":ns"));
+}
+
+#[test]
+fn an_array_of_another_length_is_told_where_it_is_asked_for() {
+    let error = read(
+        file(&small("plain.mat")),
+        &options("time=t:s, gyro_x=rate:rad/s", None),
+    )
+    .unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("no column `rate`: array `rate` has 1 row, not 60"),
+        "{error}"
+    );
+}

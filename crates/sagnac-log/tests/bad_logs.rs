@@ -27,8 +27,12 @@ fn twenty_messages_come_out_of_every_format() {
         ("zstd.mcap", None, 1_700_000_000_000_000_000),
         ("lz4.mcap", None, 1_700_000_000_000_000_000),
         ("none.db3", None, 1_700_000_000_000_000_000),
+        // Every message is packed by itself.
+        ("packed.db3", None, 1_700_000_000_000_000_000),
         ("small.ulg", None, 0),
         ("small.bin", Some("IMU[1]"), 0),
+        ("small.bin", Some("1"), 0),
+        ("small.bin", Some("IMU2"), 0),
     ] {
         let options = ReadOptions {
             topic: topic.map(str::to_owned),

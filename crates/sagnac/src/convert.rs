@@ -2,6 +2,7 @@
 //!
 //! Resampling: y(t) = Σ x_k h(t − t_k)/Σ h(t − t_k), h a sinc of 0.45·min(f_in, f_out) under a Kaiser window (80 dB).
 
+mod grid;
 mod resample;
 
 use sagnac_log::{
@@ -83,12 +84,17 @@ pub fn convert(
         log.stamps = given.stamps(&log.stamps);
         notes.extend(given.note());
     }
+    let mut before = Watch::default();
     if let Some(rate) = request.resample_hz {
-        let (resampled, note) = resample::resample(&log, rate)?;
+        before.bridged_s = resample::LONGEST_BRIDGE * log.dt_s()?;
+        for block in log.blocks() {
+            before.see(&block);
+        }
+        let (resampled, said) = resample::resample(&log, rate)?;
         log = resampled;
         // Those of the source are of its own samples.
         log.layout.covariances = None;
-        notes.push(note);
+        notes.extend(said);
     }
     let of_log = log.dt_s().ok().map(|dt_s| 1.0 / dt_s);
     notes.extend(set_covariances(&mut log.layout, request, of_log)?);
@@ -107,6 +113,8 @@ pub fn convert(
     )?;
     if let Some(rate) = request.resample_hz {
         outcome.rate_hz = rate;
+        before.say_more();
+        outcome.issues = before.issues;
     }
     Ok(outcome)
 }
@@ -152,6 +160,8 @@ struct Watch {
     more: u64,
     /// Stamps that are no finite number: how many, and the row of the first, from 1.
     no_number: (u64, u64),
+    /// Steps that are bridged are no gaps.
+    bridged_s: f64,
     /// Such stamps since the last that is one.
     lost: f64,
     /// Of the last row from the first, where a rate was given beside the stamps.
@@ -197,7 +207,7 @@ impl Watch {
             // A row whose stamp is no number is an interval all the same.
             let lost = std::mem::take(&mut self.lost);
             if !is_first {
-                if step > longest * (1.0 + lost) {
+                if step > self.bridged_s.max(longest * (1.0 + lost)) {
                     self.push(
                         IssueKind::Gap,
                         t - step,
@@ -247,12 +257,23 @@ impl Watch {
         });
     }
 
+    /// Counts the issues beyond those that are listed.
+    fn say_more(&mut self) {
+        if let (Some(last), true) = (self.issues.last_mut(), self.more > 0) {
+            last.text += &format!("; and {} more", self.more);
+        }
+    }
+
     fn outcome(mut self, layout: Layout, mut notes: Vec<String>) -> Result<ConvertOutcome, Error> {
         if self.rows == 0 {
             return Err(Error::data("the log has no samples"));
         }
-        if let (Some(last), true) = (self.issues.last_mut(), self.more > 0) {
-            last.text += &format!("; and {} more", self.more);
+        self.say_more();
+        let is_still = self.rows > 1 && self.regular == 0 && self.issues.is_empty();
+        if is_still && layout.has_time && layout.rate_hz.is_none() && self.no_number.0 == 0 {
+            return Err(Error::data("time never advances")
+                .at("time")
+                .advise("add --rate, for instance --rate 100Hz"));
         }
         let dt = match layout.rate_hz {
             Some(rate) => 1.0 / rate,

@@ -56,6 +56,18 @@ pub(super) fn no_pipe(what: &str, packed: &str) -> Error {
     }
 }
 
+/// The error of an array: one whose bytes are wrong is told with what to do.
+fn told(error: Error, name: &str) -> Error {
+    let damaged = match &error {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::InvalidData => {
+            Error::data(source.to_string())
+                .advise("copy the file again from where it was written; what it holds is not right")
+        }
+        _ => error,
+    };
+    damaged.at(format!("array {}", clip(name)))
+}
+
 /// An array, or one of its columns where they stand one after another.
 struct Part {
     /// Which of the archive's arrays.
@@ -97,9 +109,10 @@ impl Arrays {
             let is_long = f.header.shape[0] == rows;
             if !is_long {
                 notes.push(format!(
-                    "array `{}` has {} rows, not {}, and was left out",
+                    "array `{}` has {} row{}, not {}, and was left out",
                     clip(&f.name),
                     grouped(f.header.shape[0]),
+                    if f.header.shape[0] == 1 { "" } else { "s" },
                     grouped(rows)
                 ));
             }
@@ -173,6 +186,28 @@ impl Arrays {
     }
 }
 
+impl Arrays {
+    /// Reads every array that was wanted to its end, once.
+    fn finish(&mut self) -> Result<(), Error> {
+        let mut last: Vec<Option<usize>> = vec![None; self.found.len()];
+        for (k, part) in self.parts.iter().enumerate() {
+            let before = last[part.array].map_or(0, |k| self.parts[k].skip);
+            if part.skip >= before {
+                last[part.array] = Some(k);
+            }
+        }
+        for k in last.into_iter().flatten() {
+            let part = &mut self.parts[k];
+            if let Some(reader) = &mut part.reader {
+                reader
+                    .drain()
+                    .map_err(|e| told(Error::read(e), &self.found[part.array].name))?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl RawReader for Arrays {
     fn raw(&self) -> &RawLayout {
         &self.layout
@@ -194,7 +229,7 @@ impl RawReader for Arrays {
             }
             let mut bytes = (self.found[part.array].open)()?;
             std::io::copy(&mut bytes.by_ref().take(part.skip), &mut std::io::sink())
-                .map_err(Error::read)?;
+                .map_err(|e| told(Error::read(e), &self.found[part.array].name))?;
             let mut reader = Npy::of_array(part.header.clone(), bytes);
             reader.select(Plan {
                 time: time.map(|(c, kind)| (c - part.first, kind)),
@@ -223,8 +258,9 @@ impl RawReader for Arrays {
                 part.taken = 0;
                 let more = reader
                     .read_raw(&mut part.held)
-                    .map_err(|e| e.at(format!("array {}", clip(&self.found[part.array].name))))?;
+                    .map_err(|e| told(e, &self.found[part.array].name))?;
                 if !more {
+                    self.finish()?;
                     return Ok(false);
                 }
             }

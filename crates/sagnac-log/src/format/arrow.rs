@@ -13,10 +13,11 @@ use polars_arrow_format::ipc::{
 };
 
 use super::part::Shared;
-use super::table::{MOST_COLUMNS, ROWS, Sink, begin, left_out_note};
+use super::table::{MOST_COLUMNS, ROWS, Sink, begin, left_out_note, refuse_empty};
 use crate::input::InputBytes;
 use crate::map::columns::clip;
 use crate::map::raw::{Plan, RawColumn, RawLayout, RawReader};
+use crate::npy::half;
 use crate::text::{grouped, name_and_unit};
 use crate::{Block, Error};
 
@@ -44,6 +45,7 @@ fn damaged(about: impl std::fmt::Display) -> Error {
         "the Arrow file is cut off or damaged: {}",
         clip(&about.to_string())
     ))
+    .advise("copy it again, or write it anew")
 }
 
 /// How a value is stored.
@@ -51,6 +53,7 @@ fn damaged(about: impl std::fmt::Display) -> Error {
 enum Kind {
     Bool,
     Int { bytes: usize, signed: bool },
+    Half,
     Float,
     Double,
 }
@@ -67,7 +70,7 @@ impl Kind {
             TypeRef::FloatingPoint(f) => match f.precision()? {
                 Precision::Single => Some(Self::Float),
                 Precision::Double => Some(Self::Double),
-                Precision::Half => None,
+                Precision::Half => Some(Self::Half),
             },
             TypeRef::Timestamp(_) | TypeRef::Duration(_) => int(64, true),
             TypeRef::Time(t) => int(t.bit_width()?, true),
@@ -80,6 +83,7 @@ impl Kind {
         match self {
             Self::Bool => n.div_ceil(8),
             Self::Int { bytes, .. } => n * bytes,
+            Self::Half => 2 * n,
             Self::Float => 4 * n,
             Self::Double => 8 * n,
         }
@@ -111,6 +115,10 @@ struct Place {
     /// Columns before it whose number of buffers a batch tells by itself.
     views: usize,
     kind: Kind,
+    /// Of a list of as many numbers in every row: how many, and which of them.
+    list: Option<(usize, usize)>,
+    /// Who may be null among the numbers of such a list.
+    item: Option<(usize, usize)>,
 }
 
 /// The columns of a schema, and how many buffers and nodes stand before the next.
@@ -181,14 +189,21 @@ impl Schema {
             }
             return Ok(Ok(()));
         }
+        if let (TypeRef::FixedSizeList(list), Some(_)) = (&about, above)
+            && let Some(item) = children.and_then(|c| c.iter().next())
+            && self.list(&item?, &path, list.list_size()?, &validity)?
+        {
+            return Ok(Ok(()));
+        }
         let kind = Kind::of(&about)?;
         match (kind, above) {
             (Some(kind), Some(_)) if self.places.len() < MOST_COLUMNS => {
                 let (name, unit) = name_and_unit(&path);
-                let own = stamp_unit(&about)?.map(str::to_owned);
+                let own = stamp_unit(&about)?;
                 self.columns.push(RawColumn {
                     name,
-                    unit: unit.or(own),
+                    unit: own.map(str::to_owned).or(unit),
+                    is_own_unit: own.is_some(),
                     ..RawColumn::default()
                 });
                 self.places.push(Place {
@@ -196,6 +211,8 @@ impl Schema {
                     values: buffer + 1,
                     views: self.views,
                     kind,
+                    list: None,
+                    item: None,
                 });
             }
             (_, Some(_)) => self.left_out.push(clip(&path)),
@@ -208,6 +225,48 @@ impl Schema {
             }
         }
         Ok(Ok(()))
+    }
+}
+
+impl Schema {
+    /// Takes in a list of as many numbers in every row (`gyro` as `gyro[0]`…); `false` where it is none.
+    fn list(
+        &mut self,
+        item: &FieldRef<'_>,
+        path: &str,
+        size: i32,
+        validity: &[(usize, usize)],
+    ) -> planus::Result<bool> {
+        let size = usize::try_from(size).unwrap_or(0);
+        let (Some(about), None) = (item.type_()?, item.dictionary()?) else {
+            return Ok(false);
+        };
+        let kind = match Kind::of(&about)? {
+            Some(kind) if kind != Kind::Bool => kind,
+            _ => return Ok(false),
+        };
+        if !(1..=16).contains(&size) || self.places.len() + size > MOST_COLUMNS {
+            return Ok(false);
+        }
+        let (name, unit) = name_and_unit(path);
+        for k in 0..size {
+            self.columns.push(RawColumn {
+                name: format!("{name}[{k}]"),
+                unit: unit.clone(),
+                ..RawColumn::default()
+            });
+            self.places.push(Place {
+                validity: validity.to_vec(),
+                values: self.buffers + 1,
+                views: self.views,
+                kind,
+                list: Some((size, k)),
+                item: Some((self.nodes, self.buffers)),
+            });
+        }
+        self.nodes += 1;
+        self.buffers += 2;
+        Ok(true)
     }
 }
 
@@ -224,6 +283,8 @@ struct Wanted {
     place: Place,
     /// Who may be null in the batch that is read.
     validity: Vec<Box<dyn Read + Send>>,
+    /// The same of the numbers of a list.
+    item: Option<Box<dyn Read + Send>>,
     values: Box<dyn Read + Send>,
 }
 
@@ -347,9 +408,7 @@ impl Arrow {
         if cut {
             notes.push("the file was cut off; its whole batches of rows were read".to_owned());
         }
-        if rows == 0 || schema.columns.is_empty() {
-            return Err(Error::data("the file holds no rows of numbers"));
-        }
+        refuse_empty(rows, schema.columns.is_empty(), &notes)?;
         Ok(Self {
             layout: RawLayout {
                 format: format!("Arrow{packed}"),
@@ -418,17 +477,18 @@ impl Body<'_> {
         let more = usize::try_from(more).map_err(|_| damaged("less than no buffers"))?;
         let nodes = self.batch.nodes().map_err(damaged)?;
         wanted.validity.clear();
-        for &(node, buffer) in &place.validity {
+        let bits = |(node, buffer): (usize, usize)| {
             let node = nodes.and_then(|n| n.get(node));
-            let Some(node) = node else {
-                return Err(damaged("a batch lacks a column"));
-            };
-            if node.null_count() != 0 {
-                wanted
-                    .validity
-                    .push(self.buffer(buffer.saturating_add(more))?);
-            }
+            let node = node.ok_or_else(|| damaged("a batch lacks a column"))?;
+            let has_nulls = node.null_count() != 0;
+            has_nulls
+                .then(|| self.buffer(buffer.saturating_add(more)))
+                .transpose()
+        };
+        for &above in &place.validity {
+            wanted.validity.extend(bits(above)?);
         }
+        wanted.item = place.item.map(bits).transpose()?.flatten();
         wanted.values = self.buffer(place.values.saturating_add(more))?;
         Ok(())
     }
@@ -489,6 +549,7 @@ impl RawReader for Arrow {
             .map(|place| Wanted {
                 place,
                 validity: Vec::new(),
+                item: None,
                 values: Box::new(std::io::empty()),
             })
             .collect();
@@ -512,8 +573,27 @@ impl RawReader for Arrow {
                 reader.read_exact(&mut bits).map_err(short)?;
                 valid.iter_mut().zip(&bits).for_each(|(v, b)| *v &= b);
             }
-            bytes.resize(wanted.place.kind.length(n), 0);
+            let (of, which) = wanted.place.list.unwrap_or((1, 0));
+            let kind = wanted.place.kind;
+            bytes.resize(kind.length(n * of), 0);
             wanted.values.read_exact(&mut bytes).map_err(short)?;
+            if of > 1 {
+                let size = kind.length(1);
+                for k in 0..n {
+                    let from = (k * of + which) * size;
+                    bytes.copy_within(from..from + size, k * size);
+                }
+                bytes.truncate(n * size);
+            }
+            if let Some(reader) = &mut wanted.item {
+                bits.resize((n * of).div_ceil(8), 0);
+                reader.read_exact(&mut bits).map_err(short)?;
+                for k in 0..n {
+                    let at = k * of + which;
+                    let is_valid = bits[at / 8] >> (at % 8) & 1;
+                    valid[k / 8] &= !((1 - is_valid) << (k % 8));
+                }
+            }
             hand_out(
                 &bytes,
                 &valid,
@@ -536,6 +616,12 @@ fn hand_out(bytes: &[u8], valid: &[u8], n: usize, kind: Kind, sink: &mut Sink<'_
         Kind::Bool => {
             for k in 0..n {
                 sink.whole(is_valid(k).then(|| i64::from(bit(bytes, k))));
+            }
+        }
+        Kind::Half => {
+            for (k, b) in bytes.as_chunks().0.iter().enumerate() {
+                let value = half(u16::from_le_bytes(*b));
+                sink.put(None, if is_valid(k) { value } else { f64::NAN });
             }
         }
         Kind::Float => {

@@ -68,6 +68,7 @@ impl Container for Bag {
                 packing,
                 records: 0,
                 unpacked: u64::from(size),
+                sum: None,
             },
             (6 | 7, _) => Item::Definition,
             (3 | 4, _) => Item::Other,

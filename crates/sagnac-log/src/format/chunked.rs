@@ -6,7 +6,7 @@
 use std::io::{Cursor, Read};
 
 use super::part::Shared;
-use super::ros::{self, Wire};
+use super::ros::{self, First, Wire};
 use super::scan::{LARGEST, Scan};
 use super::table;
 use crate::input::InputBytes;
@@ -16,6 +16,8 @@ use crate::{Block, Error, ReadOptions, Topic};
 
 /// A packed chunk beyond this is left out: chunks of real recordings hold some megabytes.
 const LARGEST_CHUNK: u64 = 1 << 27;
+/// A larger chunk is not held as a whole, and so goes on before its checksum could be looked at.
+const LARGEST_CHECKED: u64 = 1 << 26;
 /// Bytes of a pipe that are looked at to find its topics.
 const PEEK: u64 = 1 << 23;
 /// More connections than any recording has.
@@ -78,6 +80,8 @@ pub(crate) enum Item {
         packing: Packing,
         records: usize,
         unpacked: u64,
+        /// CRC-32 of the records, unpacked.
+        sum: Option<u32>,
     },
     /// A connection, schema or index entry: [`Container::define`] wants the whole record.
     Definition,
@@ -123,6 +127,10 @@ pub(crate) trait Container {
     fn connections_mut(&mut self) -> &mut Vec<Connection>;
     /// Where the index stands by the file's own word; `None` where there is none.
     fn index(&self, file: &Shared) -> Option<u64>;
+    /// Whether the file was closed and has no index by its own word.
+    fn is_closed(&self, _: &Shared) -> bool {
+        false
+    }
 }
 
 /// Adds a connection once.
@@ -141,6 +149,10 @@ struct Walk {
     first_packing: Option<Packing>,
     lost: Vec<String>,
     lost_more: u64,
+    /// Messages wanted in chunks whose checksum says that they are damaged.
+    lost_messages: u64,
+    /// Chunks too large to be checked before their messages go on.
+    unchecked: u64,
     is_over: bool,
 }
 
@@ -153,6 +165,8 @@ impl Walk {
             first_packing: None,
             lost: Vec::new(),
             lost_more: 0,
+            lost_messages: 0,
+            unchecked: 0,
             is_over: false,
         }
     }
@@ -165,12 +179,34 @@ impl Walk {
         }
     }
 
+    fn lose_chunk(&mut self, at: u64, messages: u64) {
+        self.lose(format!(
+            "the chunk at byte {} does not match its checksum and is left out",
+            grouped(at)
+        ));
+        self.lost_messages += messages;
+    }
+
     fn notes(&self) -> Vec<String> {
         let mut out = self.lost.clone();
         if self.lost_more > 0 {
             out.push(format!(
                 "{} further damaged places",
                 grouped(self.lost_more)
+            ));
+        }
+        if self.lost_messages > 0 {
+            let (n, s) = (
+                self.lost_messages,
+                if self.lost_messages == 1 { "" } else { "s" },
+            );
+            out.push(format!("{} message{s} stood in them", grouped(n)));
+        }
+        if self.unchecked > 0 {
+            out.push(format!(
+                "{} chunks are larger than {} MB: their checksums were not looked at",
+                grouped(self.unchecked),
+                LARGEST_CHECKED >> 20
             ));
         }
         out
@@ -239,10 +275,19 @@ impl Walk {
                     packing,
                     length,
                     unpacked,
+                    sum,
                 } => {
                     self.first_packing.get_or_insert(packing);
                     let at = self.scan.offset();
                     if packing == Packing::None {
+                        if !check(&mut self.scan, length, sum, &mut self.unchecked)? {
+                            let window = self.scan.window();
+                            let chunk = window.get(..length as usize).unwrap_or(window);
+                            let n = count(c, chunk, wanted);
+                            self.lose_chunk(at, n);
+                            self.scan.skip(length)?;
+                            continue;
+                        }
                         self.chunk_end = Some(at.saturating_add(length));
                         continue;
                     }
@@ -257,19 +302,66 @@ impl Walk {
                         continue;
                     }
                     let bytes = self.scan.take(length)?;
-                    match packing.unpack(bytes) {
-                        Ok(reader) => {
-                            self.inner = Some(Scan::new(Box::new(reader.take(unpacked))));
+                    // What is there of a chunk that is cut off cannot be checked.
+                    let sum = sum.filter(|_| bytes.len() as u64 == length);
+                    let Ok(reader) = packing.unpack(bytes) else {
+                        self.lose(format!("the chunk at byte {} is damaged", grouped(at)));
+                        continue;
+                    };
+                    let mut inner = Scan::new(Box::new(reader.take(unpacked)));
+                    match check(&mut inner, unpacked, sum, &mut self.unchecked) {
+                        Ok(true) => self.inner = Some(inner),
+                        Ok(false) => {
+                            let n = count(c, inner.window(), wanted);
+                            self.lose_chunk(at, n);
                         }
-                        Err(_) => {
-                            self.lose(format!("the chunk at byte {} is damaged", grouped(at)));
-                        }
+                        Err(_) => self.lose_chunk(at, 0),
                     }
                 }
             }
         }
         Ok(false)
     }
+}
+
+/// Whether a chunk of `length` bytes, which begins here, has the checksum that it should.
+fn check(
+    scan: &mut Scan,
+    length: u64,
+    sum: Option<u32>,
+    unchecked: &mut u64,
+) -> Result<bool, Error> {
+    let Some(sum) = sum else { return Ok(true) };
+    if length > LARGEST_CHECKED {
+        *unchecked += 1;
+        return Ok(true);
+    }
+    let length = length as usize;
+    if !scan.hold(length)? {
+        // Cut off: found where it ends.
+        return Ok(true);
+    }
+    let mut found = flate2::Crc::new();
+    found.update(scan.window().get(..length).unwrap_or(&[]));
+    Ok(found.sum() == sum)
+}
+
+/// Messages of the wanted connections in a chunk, as far as its records can be followed.
+fn count<C: Container>(c: &C, mut chunk: &[u8], wanted: Option<&[u32]>) -> u64 {
+    let mut n = 0;
+    while let Parsed::Record { body, length, item } = c.parse(chunk) {
+        if let Item::Message { connection, .. } = item {
+            n += u64::from(wanted.is_some_and(|w| w.contains(&connection)));
+        }
+        let total = usize::try_from(length)
+            .ok()
+            .and_then(|n| n.checked_add(body));
+        let Some(rest) = total.and_then(|n| chunk.get(n..)) else {
+            break;
+        };
+        chunk = rest;
+    }
+    n
 }
 
 enum Stop {
@@ -283,6 +375,7 @@ enum Stop {
         packing: Packing,
         length: u64,
         unpacked: u64,
+        sum: Option<u32>,
     },
 }
 
@@ -344,6 +437,7 @@ fn records<C: Container>(
                 packing,
                 records,
                 unpacked,
+                sum,
             } => {
                 if end.is_some() {
                     return Ok(Stop::Damaged);
@@ -353,6 +447,7 @@ fn records<C: Container>(
                     packing,
                     length: length.saturating_sub(records as u64),
                     unpacked,
+                    sum,
                 });
             }
             Item::Definition if total <= LARGEST as u64 => {
@@ -382,6 +477,7 @@ pub(crate) struct Chunked<C> {
     plan: Plan,
     /// Values of the message that are columns.
     pick: &'static [usize],
+    decoder: ros::Decoder,
     bad: u64,
     told: Vec<String>,
 }
@@ -418,10 +514,12 @@ impl<C: Container + Default> Chunked<C> {
                         walk.lost.is_empty() && c.connections().iter().any(|x| x.messages > 0);
                 }
                 if !indexed {
-                    notes.push(
+                    if !c.is_closed(&file) {
+                        notes.push(
                         "the index is missing or damaged (a recording that was not closed); the messages were read without it"
                             .to_owned(),
-                    );
+                        );
+                    }
                     c = C::default();
                     survey(&mut c, Box::new(file.from(0)))?;
                 }
@@ -460,12 +558,12 @@ impl<C: Container + Default> Chunked<C> {
             .and_then(|x| x.wire)
             .unwrap_or(Wire::Cdr);
         // The first message tells the frame and what was measured.
-        let mut first: Option<(String, bool, bool)> = None;
+        let mut first: Option<First> = None;
+        let mut decoder = ros::Decoder::default();
         let mut covariances = None;
         let mut look = |_: u32, payload: &[u8]| {
-            first =
-                ros::decode(payload, wire).map(|m| (ros::axes(m.frame), m.has_gyro, m.has_accel));
-            covariances = ros::covariances(payload, wire);
+            first = decoder.decode(payload, wire).map(|m| First::of(&m));
+            covariances = ros::covariances(decoder.plain(payload, wire), wire);
             first.is_none()
         };
         let mut walk = start::<C>(match &shared {
@@ -474,19 +572,11 @@ impl<C: Container + Default> Chunked<C> {
         })?;
         walk.run(&mut c, Some(&wanted), &mut look)?;
         let packing = walk.first_packing;
-        let Some((frame, has_gyro, has_accel)) = first else {
-            return Err(Error::data(format!(
-                "topic `{}` has no readable sensor_msgs/Imu message",
-                chosen.name
-            )));
-        };
-        if !has_gyro && !has_accel {
-            return Err(Error::data(format!(
-                "topic `{}` says that it measures neither angular velocity nor acceleration (covariances begin with -1)",
-                chosen.name
-            )));
-        }
-        for (has, what) in [(has_gyro, "angular velocity"), (has_accel, "acceleration")] {
+        let first = First::or_refuse(first, &chosen)?;
+        for (has, what) in [
+            (first.has_gyro, "angular velocity"),
+            (first.has_accel, "acceleration"),
+        ] {
             if !has {
                 notes.push(format!("no {what}: its covariance begins with -1"));
             }
@@ -497,12 +587,13 @@ impl<C: Container + Default> Chunked<C> {
                 C::NAME,
                 packing.unwrap_or(Packing::None).word()
             ),
-            columns: table::columns("ns", has_gyro, has_accel),
+            columns: table::columns("ns", first.has_gyro, first.has_accel),
             has_names: true,
             samples: chosen.messages,
             topics,
             topic: Some(chosen.name),
-            frame: Some(frame),
+            frame: Some(ros::axes(first.frame_id.as_bytes())),
+            frame_id: Some(first.frame_id.clone()),
             covariances,
             notes: notes.clone(),
             ..RawLayout::default()
@@ -514,11 +605,8 @@ impl<C: Container + Default> Chunked<C> {
             wanted,
             wire,
             plan: Plan::default(),
-            pick: match (has_gyro, has_accel) {
-                (true, false) => &[0, 1, 2],
-                (false, true) => &[3, 4, 5],
-                _ => &[0, 1, 2, 3, 4, 5],
-            },
+            pick: first.pick(),
+            decoder,
             bad: 0,
             told: notes,
         })
@@ -556,12 +644,13 @@ impl<C: Container> RawReader for Chunked<C> {
             wire,
             plan,
             pick,
+            decoder,
             bad,
             ..
         } = self;
         table::begin(block, plan);
         let more = walk.run(container, Some(wanted), &mut |_, payload| {
-            match ros::decode(payload, *wire) {
+            match decoder.decode(payload, *wire) {
                 Some(m) => {
                     let v = m.values;
                     let mut row = [0.0; 6];

@@ -6,7 +6,7 @@
 use std::io::Read;
 
 use super::part::Shared;
-use super::ros::{self, Wire};
+use super::ros::{self, First, Wire};
 use super::table;
 use crate::input::InputBytes;
 use crate::map::raw::{Plan, RawLayout, RawReader};
@@ -251,6 +251,7 @@ pub(crate) struct Db3 {
     /// Column of the topic's number and of the data in `messages`.
     columns: (usize, usize),
     pick: &'static [usize],
+    decoder: ros::Decoder,
     plan: Plan,
     bad: u64,
     told: Vec<String>,
@@ -281,8 +282,7 @@ impl Db3 {
         options: &ReadOptions,
     ) -> Result<Self, Error> {
         let InputBytes::File(file) = bytes else {
-            return Err(Error::data("a .db3 recording cannot be read from a pipe")
-                .advise("name the file itself, unpacked"));
+            return Err(super::arrays::no_pipe("a .db3 recording", packed));
         };
         let pages = Pages::open(Shared::new(file))?;
         let (mut topics_table, mut messages_table) = (None, None);
@@ -330,7 +330,8 @@ impl Db3 {
             }
         }
         let columns = (data[0], data[1]);
-        let mut firsts: Vec<Option<(String, bool, bool)>> = vec![None; ids.len()];
+        let mut decoder = ros::Decoder::default();
+        let mut firsts: Vec<Option<First>> = vec![None; ids.len()];
         let mut rows = Rows::new(root);
         while rows.step(&pages).is_some() {
             let c = cells(&rows.record);
@@ -345,42 +346,32 @@ impl Db3 {
                 && topics[i].is_inertial
                 && let Some(Cell::Bytes(data)) = c.get(columns.1)
             {
-                firsts[i] = ros::decode(data, Wire::Cdr)
-                    .map(|m| (ros::axes(m.frame), m.has_gyro, m.has_accel));
+                firsts[i] = decoder.decode(data, Wire::Cdr).map(|m| First::of(&m));
             }
         }
         for t in &mut topics {
             t.is_inertial &= t.messages != Some(0);
         }
         let index = table::choose(&topics, options, "sensor_msgs/Imu")?;
-        let (Some(topic), Some(&id), Some(Some((frame, has_gyro, has_accel)))) =
-            (topics.get(index), ids.get(index), firsts.get(index))
-        else {
-            return Err(Error::data(
-                "the topic has no readable sensor_msgs/Imu message",
-            ));
+        let (Some(topic), Some(&id)) = (topics.get(index), ids.get(index)) else {
+            return Err(Error::data("the recording has no topics"));
         };
-        if !has_gyro && !has_accel {
-            return Err(Error::data(
-                "the topic says that it measures neither angular velocity nor acceleration (covariances begin with -1)",
-            ));
-        }
+        let first = firsts.get_mut(index).and_then(Option::take);
+        let first = First::or_refuse(first, topic)?;
         Ok(Self {
             layout: RawLayout {
                 format: format!("ROS 2 recording, SQLite{packed}"),
-                columns: table::columns("ns", *has_gyro, *has_accel),
+                columns: table::columns("ns", first.has_gyro, first.has_accel),
                 has_names: true,
                 samples: topic.messages,
                 topic: Some(topic.name.clone()),
-                frame: Some(frame.clone()),
+                frame: Some(ros::axes(first.frame_id.as_bytes())),
+                frame_id: Some(first.frame_id.clone()),
                 topics: topics.clone(),
                 ..RawLayout::default()
             },
-            pick: match (has_gyro, has_accel) {
-                (true, false) => &[0, 1, 2],
-                (false, true) => &[3, 4, 5],
-                _ => &[0, 1, 2, 3, 4, 5],
-            },
+            pick: first.pick(),
+            decoder,
             topic: id,
             rows: Rows::new(root),
             pages,
@@ -429,7 +420,7 @@ impl RawReader for Db3 {
                 continue;
             }
             let message = match c.get(self.columns.1) {
-                Some(Cell::Bytes(data)) => ros::decode(data, Wire::Cdr),
+                Some(Cell::Bytes(data)) => self.decoder.decode(data, Wire::Cdr),
                 _ => None,
             };
             let Some(m) = message else {

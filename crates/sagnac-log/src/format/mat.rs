@@ -252,13 +252,39 @@ impl Walk {
             let mut bytes = Bytes::unpack(&file, start, size);
             std::io::copy(&mut bytes.by_ref().take(at), &mut std::io::sink())
                 .map_err(|_| damaged())?;
-            Ok(Box::new(bytes.take(length)))
+            Ok(Box::new(Whole {
+                reader: bytes,
+                left: length,
+            }))
         }));
     }
 }
 
+/// Part of a packed element, after which the rest is unpacked as well: the checksum stands at its end.
+struct Whole {
+    reader: Box<dyn Read + Send>,
+    left: u64,
+}
+
+impl Read for Whole {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let damaged = |_| {
+            let text = "the packed array is cut off or does not match its checksum";
+            std::io::Error::new(std::io::ErrorKind::InvalidData, text)
+        };
+        if self.left == 0 {
+            std::io::copy(&mut self.reader, &mut std::io::sink()).map_err(damaged)?;
+            return Ok(0);
+        }
+        let n = self.reader.by_ref().take(self.left).read(buffer);
+        let n = n.map_err(damaged)?;
+        self.left -= n as u64;
+        Ok(n)
+    }
+}
+
 fn damaged() -> Error {
-    Error::data("the MATLAB file is cut off or damaged")
+    Error::data("the MATLAB file is cut off or damaged").advise("copy it again, or save it anew")
 }
 
 /// A MATLAB file as a log.

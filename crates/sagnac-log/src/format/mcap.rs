@@ -113,6 +113,8 @@ impl Container for Mcap {
                     packing: Packing::parse(name),
                     records: 40 + name_length,
                     unpacked: u64_at(window, 9 + 16).unwrap_or(0),
+                    // 0: the writer made none.
+                    sum: u32_at(window, 9 + 24).filter(|&sum| sum != 0),
                 }
             }
             2 => Item::End,
@@ -144,15 +146,25 @@ impl Container for Mcap {
     }
 
     fn index(&self, file: &Shared) -> Option<u64> {
-        let length = file.length().ok()?;
-        let mut tail = Vec::new();
-        // Footer: kind, length, start of the summary, start of its offsets, checksum; then the magic again.
-        file.part(length.checked_sub(37)?, 37)
-            .read_to_end(&mut tail)
-            .ok()?;
-        let at = u64_at(&tail, 9)?;
-        (tail.first() == Some(&2) && tail.ends_with(MAGIC) && at >= 8 && at < length).then_some(at)
+        let at = summary(file)?;
+        (at >= 8 && at < file.length().ok()?).then_some(at)
     }
+
+    /// A summary may be left out.
+    fn is_closed(&self, file: &Shared) -> bool {
+        summary(file) == Some(0)
+    }
+}
+
+/// Where the footer says that the summary begins.
+fn summary(file: &Shared) -> Option<u64> {
+    let mut tail = Vec::new();
+    // Footer: kind, length, start of the summary, start of its offsets, checksum; then the magic again.
+    file.part(file.length().ok()?.checked_sub(37)?, 37)
+        .read_to_end(&mut tail)
+        .ok()?;
+    (tail.first() == Some(&2) && tail.ends_with(MAGIC)).then_some(())?;
+    u64_at(&tail, 9)
 }
 
 impl Mcap {

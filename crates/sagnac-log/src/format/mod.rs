@@ -26,11 +26,18 @@ use crate::input::{Input, InputBytes};
 use crate::map::raw::RawReader;
 use crate::npy::Npy;
 use crate::text::TextTable;
-use crate::{Error, ReadOptions, Source, SourceBytes};
+use crate::{Error, Folder, ReadOptions, Source, SourceBytes};
 
 /// The raw reader of whatever the source holds.
 pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawReader>, Error> {
     if let SourceBytes::Folder(folder) = source.bytes {
+        if let Some(name) = recording(&*folder, &source.label)? {
+            let file = folder
+                .open(&name)
+                .map_err(|e| Error::read(e).at(name.clone()))?;
+            let label = format!("{}/{name}", source.label.trim_end_matches('/'));
+            return open(Source::file(label, file), options);
+        }
         if options.topic.is_some() {
             return Err(Error::usage("this format has no topics")
                 .at("--topic")
@@ -80,6 +87,39 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
             .advise("leave --topic out"));
     }
     Ok(raw)
+}
+
+/// The one file of messages in the folder of a ROS 2 recording; `None` for other folders.
+fn recording(folder: &dyn Folder, label: &str) -> Result<Option<String>, Error> {
+    let names = folder.names().map_err(Error::read)?;
+    let is_storage = |name: &&String| {
+        [".db3", ".mcap", ".db3.zstd", ".mcap.zstd"]
+            .iter()
+            .any(|end| name.ends_with(end))
+    };
+    let files: Vec<&String> = names.iter().filter(is_storage).collect();
+    let has_metadata = names.iter().any(|name| name == "metadata.yaml");
+    match files.as_slice() {
+        [one] => Ok(Some((*one).clone())),
+        [] if has_metadata => Err(Error::data(
+            "the folder of a ROS 2 recording holds no .db3 or .mcap file",
+        )
+        .advise("look for the file that its metadata.yaml names")),
+        [] => Ok(None),
+        [first, ..] => {
+            let list: Vec<&str> = files.iter().take(20).map(|name| name.as_str()).collect();
+            let more = if files.len() > 20 { ", …" } else { "" };
+            Err(Error::data(format!(
+                "the folder holds {} recordings: {}{more}",
+                files.len(),
+                list.join(", ")
+            ))
+            .advise(format!(
+                "name one of them, for instance {}/{first}",
+                label.trim_end_matches('/')
+            )))
+        }
+    }
 }
 
 #[cfg(feature = "parquet")]

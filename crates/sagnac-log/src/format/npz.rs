@@ -9,6 +9,7 @@ use super::part::Shared;
 use super::scan::{u16_at, u32_at, u64_at};
 use crate::Error;
 use crate::input::InputBytes;
+use crate::map::columns::clip;
 use crate::npy::read_header_of_array;
 
 pub(crate) const MAGIC: &[u8] = b"PK\x03\x04";
@@ -22,11 +23,46 @@ struct Entry {
     method: u16,
     packed: u64,
     head: u64,
+    /// CRC-32 and number of the bytes unpacked.
+    sum: u32,
+    whole: u64,
+}
+
+/// The unpacked bytes of an entry, the last of which come with the proof that all are right.
+struct Checked {
+    reader: Box<dyn Read + Send>,
+    name: String,
+    found: flate2::Crc,
+    seen: u64,
+    sum: u32,
+    whole: u64,
+}
+
+impl Read for Checked {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.reader.read(buffer)?;
+        let ends = n == 0 && !buffer.is_empty() && self.seen < self.whole;
+        self.found.update(buffer.get(..n).unwrap_or(&[]));
+        let before = self.seen;
+        self.seen += n as u64;
+        let is_last = before < self.whole && self.seen >= self.whole;
+        if ends || self.seen > self.whole || (is_last && self.found.sum() != self.sum) {
+            let text = format!(
+                "the archive's entry `{}` is damaged: it does not match its checksum",
+                clip(&self.name)
+            );
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, text));
+        }
+        Ok(n)
+    }
 }
 
 /// The entries that the archive's directory lists.
 fn entries(file: &Shared) -> Result<Vec<Entry>, Error> {
-    let bad = || Error::data("the zip archive is cut off or damaged: its directory cannot be read");
+    let bad = || {
+        Error::data("the zip archive is cut off or damaged: its directory cannot be read")
+            .advise("copy it again: the directory stands at its end")
+    };
     let length = file.length().map_err(Error::read)?;
     let tail_at = length.saturating_sub(65_557);
     let mut tail = Vec::new();
@@ -50,7 +86,7 @@ fn entries(file: &Shared) -> Result<Vec<Entry>, Error> {
         let n = |at| u16_at(rest, at).map(usize::from).ok_or_else(bad);
         let (name, extra, comment) = (n(28)?, n(30)?, n(32)?);
         let mut packed = u64::from(u32_at(rest, 20).ok_or_else(bad)?);
-        let whole = u32_at(rest, 24).ok_or_else(bad)?;
+        let mut whole = u64::from(u32_at(rest, 24).ok_or_else(bad)?);
         let mut head = u64::from(u32_at(rest, 42).ok_or_else(bad)?);
         let text = rest.get(46..46 + name).ok_or_else(bad)?;
         let mut extras = rest.get(46 + name..46 + name + extra).ok_or_else(bad)?;
@@ -58,7 +94,11 @@ fn entries(file: &Shared) -> Result<Vec<Entry>, Error> {
             let size = usize::from(size);
             if kind == 1 {
                 // Numbers of 64 bits stand here in this order, each only where its place of 32 bits is full.
-                let mut k = if whole == u32::MAX { 12 } else { 4 };
+                let mut k = 4;
+                if whole == u64::from(u32::MAX) {
+                    whole = u64_at(extras, k).ok_or_else(bad)?;
+                    k += 8;
+                }
                 if packed == u64::from(u32::MAX) {
                     packed = u64_at(extras, k).ok_or_else(bad)?;
                     k += 8;
@@ -71,6 +111,8 @@ fn entries(file: &Shared) -> Result<Vec<Entry>, Error> {
         }
         out.push(Entry {
             name: String::from_utf8_lossy(text).into_owned(),
+            sum: u32_at(rest, 16).ok_or_else(bad)?,
+            whole,
             method: u16_at(rest, 10).ok_or_else(bad)?,
             packed,
             head,
@@ -98,16 +140,24 @@ fn unpack(file: &Shared, entry: &Entry) -> Result<Box<dyn Read + Send>, Error> {
         }
     };
     let bytes = file.part(entry.head.saturating_add(skip), entry.packed);
-    match entry.method {
-        0 => Ok(Box::new(BufReader::with_capacity(1 << 16, bytes))),
-        8 => Ok(Box::new(flate2::read::DeflateDecoder::new(
-            BufReader::with_capacity(1 << 16, bytes),
-        ))),
-        other => Err(Error::data(format!(
+    let bytes = BufReader::with_capacity(1 << 16, bytes);
+    let reader: Box<dyn Read + Send> = match entry.method {
+        0 => Box::new(bytes),
+        8 => Box::new(flate2::read::DeflateDecoder::new(bytes)),
+        other => return Err(Error::data(format!(
             "the archive's entry `{}` is packed by method {other}; stored and deflated ones are read",
             entry.name
-        ))),
-    }
+        ))
+        .advise("write it again by numpy.savez")),
+    };
+    Ok(Box::new(Checked {
+        reader,
+        name: entry.name.clone(),
+        found: flate2::Crc::new(),
+        seen: 0,
+        sum: entry.sum,
+        whole: entry.whole,
+    }))
 }
 
 /// An archive as a log.

@@ -39,15 +39,35 @@ fn number(name: &str) -> Option<usize> {
 impl Oxts {
     pub(crate) fn open(folder: Box<dyn Folder>) -> Result<Self, Error> {
         let names = folder.names().map_err(Error::read)?;
-        let dates = names
-            .iter()
-            .find(|n| n.rsplit('/').next() == Some("timestamps.txt"))
-            .ok_or_else(|| {
-                Error::data(
-                    "the log is a folder, but no KITTI oxts folder (it has no timestamps.txt)",
+        let of_part = |part: &str| {
+            let wanted = format!("{part}timestamps.txt");
+            names
+                .iter()
+                .filter(|n| **n == wanted || n.ends_with(&format!("/{wanted}")))
+                .collect::<Vec<_>>()
+        };
+        // The folder itself, or that of a drive, beside those of the cameras.
+        let dates = match (
+            names.iter().find(|n| *n == "timestamps.txt"),
+            &of_part("oxts/")[..],
+        ) {
+            (Some(own), _) => own,
+            (None, [one]) => *one,
+            (None, [first, ..]) => {
+                let folder = first.strip_suffix("timestamps.txt").unwrap_or("");
+                return Err(
+                    Error::data("the folder holds several KITTI drives").advise(format!(
+                        "name one of them, for instance its folder {folder}"
+                    )),
+                );
+            }
+            (None, []) => {
+                return Err(Error::data(
+                    "the folder is neither of KITTI (no oxts/timestamps.txt) nor of a ROS 2 recording",
                 )
-                .advise("name the log's file in it")
-            })?;
+                .advise("name the log's file in it"));
+            }
+        };
         let prefix = dates.strip_suffix("timestamps.txt").unwrap_or("");
         let files: Vec<(usize, &String)> = names
             .iter()
@@ -55,9 +75,10 @@ impl Oxts {
             .filter_map(|n| Some((number(n)?, n)))
             .collect();
         if files.is_empty() {
-            return Err(Error::data(
-                "the oxts folder holds no samples (data/0000000000.txt)",
-            ));
+            return Err(
+                Error::data("the oxts folder holds no samples (data/0000000000.txt)")
+                    .advise("unpack or copy the drive again"),
+            );
         }
         let mut text = String::new();
         folder
@@ -91,9 +112,10 @@ impl Oxts {
             ));
         }
         if samples.is_empty() {
-            return Err(Error::data(
-                "no sample of the oxts folder has a date in timestamps.txt",
-            ));
+            return Err(
+                Error::data("no sample of the oxts folder has a date in timestamps.txt")
+                    .advise("unpack or copy the drive again"),
+            );
         }
         Ok(Self {
             layout: RawLayout {

@@ -9,7 +9,7 @@ use std::panic::{self, AssertUnwindSafe};
 use std::sync::Once;
 
 use bytes::Bytes;
-use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
+use parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
@@ -17,10 +17,11 @@ use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReade
 use parquet::schema::types::ColumnDescriptor;
 
 use super::part::{Part, Shared};
-use super::table::{MOST_COLUMNS, ROWS, Sink, begin, left_out_note};
+use super::table::{MOST_COLUMNS, ROWS, Sink, begin, left_out_note, lists_note, refuse_empty};
 use crate::input::InputBytes;
 use crate::map::columns::clip;
 use crate::map::raw::{Plan, RawColumn, RawLayout, RawReader};
+use crate::npy::half;
 use crate::text::name_and_unit;
 use crate::{Block, Error};
 
@@ -85,6 +86,14 @@ fn damaged(error: &ParquetError) -> Error {
         "the Parquet file is cut off or damaged: {}",
         clip(&error.to_string())
     ))
+    .advise("copy it again, or write it anew")
+}
+
+/// IEEE 754 binary16 by the format's own definition.
+fn is_half(column: &ColumnDescriptor) -> bool {
+    matches!(column.logical_type_ref(), Some(LogicalType::Float16))
+        && column.physical_type() == Type::FIXED_LEN_BYTE_ARRAY
+        && column.type_length() == 2
 }
 
 /// Calls the decoder, some of whose assertions damaged files reach: such a panic is an error, and nothing is printed.
@@ -126,6 +135,28 @@ fn stamp_unit(column: &ColumnDescriptor) -> Option<&'static str> {
     }
 }
 
+/// Refuses a file whose numbers are packed as this build does not unpack.
+fn refuse_packing(file: &SerializedFileReader<Pieces>, places: &[usize]) -> Result<(), Error> {
+    let metadata = file.metadata();
+    let Some(group) = metadata.row_groups().first() else {
+        return Ok(());
+    };
+    let codec = places
+        .iter()
+        .filter_map(|&place| group.columns().get(place))
+        .find_map(|column| match column.compression() {
+            Compression::BROTLI(_) => Some("Brotli"),
+            Compression::LZO => Some("LZO"),
+            _ => None,
+        });
+    codec.map_or(Ok(()), |codec| {
+        Err(Error::data(format!(
+            "the Parquet file is packed by {codec}, which is not read"
+        ))
+        .advise("write it again with another codec, for instance compression='zstd'"))
+    })
+}
+
 /// A column that is wanted.
 struct Wanted {
     /// Its place in the file.
@@ -159,30 +190,41 @@ impl Parquet {
         let file = guarded(|| SerializedFileReader::new(Pieces { file, length }))
             .map_err(|e| damaged(&e))?;
         let (mut places, mut columns, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let mut lists = Vec::new();
         let metadata = file.metadata().file_metadata();
         for (place, column) in metadata.schema_descr().columns().iter().enumerate() {
             let path = column.path().string();
             let is_number = matches!(
                 column.physical_type(),
                 Type::BOOLEAN | Type::INT32 | Type::INT64 | Type::FLOAT | Type::DOUBLE
-            );
-            if !is_number || column.max_rep_level() > 0 || places.len() >= MOST_COLUMNS {
+            ) || is_half(column);
+            if column.max_rep_level() > 0 {
+                lists.push(clip(
+                    column.path().parts().first().map_or("", String::as_str),
+                ));
+                continue;
+            }
+            if !is_number || places.len() >= MOST_COLUMNS {
                 left_out.push(clip(&path));
                 continue;
             }
             let (name, unit) = name_and_unit(&path);
-            let unit = unit.or_else(|| stamp_unit(column).map(str::to_owned));
+            let own = stamp_unit(column);
             places.push(place);
             columns.push(RawColumn {
                 name,
-                unit,
+                unit: own.map(str::to_owned).or(unit),
+                is_own_unit: own.is_some(),
                 ..RawColumn::default()
             });
         }
         let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
-        if rows == 0 || columns.is_empty() {
-            return Err(Error::data("the file holds no rows of numbers"));
-        }
+        refuse_packing(&file, &places)?;
+        let notes: Vec<String> = lists_note(lists)
+            .into_iter()
+            .chain(left_out_note(left_out))
+            .collect();
+        refuse_empty(rows, columns.is_empty(), &notes)?;
         Ok(Self {
             layout: RawLayout {
                 format: format!("Parquet{packed}"),
@@ -190,7 +232,7 @@ impl Parquet {
                 has_names: true,
                 samples: Some(rows),
                 header_place: Some("schema".to_owned()),
-                notes: left_out_note(left_out).into_iter().collect(),
+                notes,
                 ..RawLayout::default()
             },
             file,
@@ -285,6 +327,13 @@ impl RawReader for Parquet {
                 Some(ColumnReader::FloatColumnReader(r)) => take(r, n, levels, most, |v| {
                     sink.put(None, v.map_or(f64::NAN, f64::from));
                 }),
+                Some(ColumnReader::FixedLenByteArrayColumnReader(r)) => {
+                    take(r, n, levels, most, |v| {
+                        let bits = v.and_then(|v| v.data().try_into().ok());
+                        let value = bits.map(|b: [u8; 2]| half(u16::from_le_bytes(b)));
+                        sink.put(None, value.unwrap_or(f64::NAN));
+                    })
+                }
                 Some(ColumnReader::DoubleColumnReader(r)) => take(r, n, levels, most, |v| {
                     sink.put(None, v.unwrap_or(f64::NAN));
                 }),

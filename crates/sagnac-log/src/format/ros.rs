@@ -3,6 +3,8 @@
 //! Header (stamp, frame), orientation 4×f64, covariance 9×f64, angular velocity 3×f64 [rad/s], covariance 9×f64,
 //! linear acceleration 3×f64 [m/s²], covariance 9×f64. A covariance that begins with −1 says "not measured".
 
+use crate::{Error, Topic};
+
 /// How a message is put into bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wire {
@@ -23,6 +25,8 @@ pub(crate) struct Imu<'a> {
     pub(crate) has_accel: bool,
 }
 
+/// A message that unpacks to more is no inertial one.
+const LARGEST_PACKED: usize = 1 << 16;
 /// Bytes from the orientation to the end.
 const BODY: usize = 37 * 8;
 
@@ -34,6 +38,97 @@ type Parts<'a> = (i64, u32, &'a [u8], &'a [u8], bool);
 pub(crate) fn decode(bytes: &[u8], wire: Wire) -> Option<Imu<'_>> {
     let (sec, nsec, frame, body, big) = parts(bytes, wire)?;
     finish(sec, nsec, frame, body, big)
+}
+
+/// Decodes messages, also such that rosbag2 packed one by one by zstd.
+#[derive(Default)]
+pub(crate) struct Decoder {
+    unpacker: Option<zstd::bulk::Decompressor<'static>>,
+    unpacked: Vec<u8>,
+}
+
+impl Decoder {
+    /// The message as it is decoded, and its bytes as they are unpacked.
+    #[inline]
+    pub(crate) fn decode<'a>(&'a mut self, bytes: &'a [u8], wire: Wire) -> Option<Imu<'a>> {
+        // A frame of zstd begins as no message of ROS 2 does.
+        if wire == Wire::Cdr && bytes.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]) {
+            return decode(self.unpack(bytes)?, wire);
+        }
+        decode(bytes, wire)
+    }
+
+    /// A message's bytes, unpacked where they are packed.
+    pub(crate) fn plain<'a>(&'a mut self, bytes: &'a [u8], wire: Wire) -> &'a [u8] {
+        if wire == Wire::Cdr && bytes.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]) {
+            return self.unpack(bytes).unwrap_or(&[]);
+        }
+        bytes
+    }
+
+    #[cold]
+    fn unpack(&mut self, bytes: &[u8]) -> Option<&[u8]> {
+        if self.unpacker.is_none() {
+            self.unpacker = zstd::bulk::Decompressor::new().ok();
+        }
+        self.unpacked.clear();
+        self.unpacked.reserve(LARGEST_PACKED);
+        self.unpacker
+            .as_mut()?
+            .decompress_to_buffer(bytes, &mut self.unpacked)
+            .ok()?;
+        Some(&self.unpacked)
+    }
+}
+
+/// What the first message of a topic tells of all.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct First {
+    pub(crate) frame_id: String,
+    pub(crate) has_gyro: bool,
+    pub(crate) has_accel: bool,
+}
+
+impl First {
+    pub(crate) fn of(message: &Imu<'_>) -> Self {
+        Self {
+            frame_id: String::from_utf8_lossy(message.frame).into_owned(),
+            has_gyro: message.has_gyro,
+            has_accel: message.has_accel,
+        }
+    }
+
+    /// The same, where there is one and it measures anything.
+    pub(crate) fn or_refuse(first: Option<Self>, topic: &Topic) -> Result<Self, Error> {
+        let name = crate::map::columns::clip(&topic.name);
+        let Some(first) = first else {
+            return Err(match topic.messages {
+                Some(0) => Error::data(format!("topic `{name}` is empty: it has no message"))
+                    .advise("choose another topic, or record again"),
+                _ => Error::data(format!(
+                    "topic `{name}` has no readable {} message",
+                    crate::map::columns::clip(&topic.kind)
+                ))
+                .advise("look whether its type is what the recording says, or copy the file again"),
+            });
+        };
+        if !first.has_gyro && !first.has_accel {
+            return Err(Error::data(format!(
+                "topic `{name}` says that it measures neither angular velocity nor acceleration (covariances begin with -1)"
+            ))
+            .advise("choose another topic, or mend the covariances where it is published"));
+        }
+        Ok(first)
+    }
+
+    /// Values of a message that are columns.
+    pub(crate) fn pick(&self) -> &'static [usize] {
+        match (self.has_gyro, self.has_accel) {
+            (true, false) => &[0, 1, 2],
+            (false, true) => &[3, 4, 5],
+            _ => &[0, 1, 2, 3, 4, 5],
+        }
+    }
 }
 
 /// The covariances of a message that states both triads': zeros say unknown, −1 not measured.

@@ -57,14 +57,27 @@ impl Scan {
         if n > LARGEST {
             return Ok(false);
         }
+        self.grow(n)
+    }
+
+    /// As [`Scan::need`], beyond [`LARGEST`] as well: the window grows as bytes arrive, not by what was promised.
+    pub(crate) fn hold(&mut self, n: usize) -> Result<bool, Error> {
+        if self.end - self.at >= n {
+            return Ok(true);
+        }
+        self.grow(n)
+    }
+
+    fn grow(&mut self, n: usize) -> Result<bool, Error> {
         self.buffer.copy_within(self.at..self.end, 0);
         self.before += self.at as u64;
         self.end -= self.at;
         self.at = 0;
-        if self.buffer.len() < n + READ / 2 {
-            self.buffer.resize(n + READ, 0);
-        }
         while self.end < n && !self.is_done {
+            let wanted = n + READ;
+            if self.buffer.len() < n + READ / 2 && self.buffer.len() - self.end < READ {
+                self.buffer.resize(wanted.min(2 * self.buffer.len()), 0);
+            }
             match self.reader.read(&mut self.buffer[self.end..]) {
                 Ok(0) => self.is_done = true,
                 Ok(k) => self.end += k,

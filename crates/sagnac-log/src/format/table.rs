@@ -97,6 +97,35 @@ impl<'a> Sink<'a> {
     }
 }
 
+/// That lists are left out, and what to write instead.
+pub(crate) fn lists_note(mut lists: Vec<String>) -> Option<String> {
+    lists.dedup();
+    lists.truncate(20);
+    (!lists.is_empty()).then(|| {
+        format!(
+            "lists are not read, and were left out: {}; write every axis as a column of its own",
+            lists.join(", ")
+        )
+    })
+}
+
+/// Refuses a file of columns that has no rows, or none of numbers, with what was left out of it.
+pub(crate) fn refuse_empty(rows: u64, has_no_columns: bool, notes: &[String]) -> Result<(), Error> {
+    if rows == 0 {
+        return Err(Error::data("the file has columns and no rows")
+            .advise("look at what recorded it, or copy it again"));
+    }
+    if has_no_columns {
+        return Err(
+            Error::data("the file has no column of numbers").advise(match notes.first() {
+                Some(note) => note.clone(),
+                None => "look at what recorded it".to_owned(),
+            }),
+        );
+    }
+    Ok(())
+}
+
 /// That columns of no numbers are left out.
 pub(crate) fn left_out_note(mut left_out: Vec<String>) -> Option<String> {
     let more = left_out.len().saturating_sub(20) as u64;
@@ -107,6 +136,41 @@ pub(crate) fn left_out_note(mut left_out: Vec<String>) -> Option<String> {
     };
     let names = left_out.join(", ");
     (!names.is_empty()).then(|| format!("no columns of numbers, and left out: {names}{tail}"))
+}
+
+/// The IMU of a number: as the format counts (`IMU[1]`, `vehicle_imu/1`, where the first may stand bare), or by the names
+/// that ArduPilot's older logs have (`IMU`, `IMU2`).
+fn by_number(topics: &[Topic], inertial: &[usize], text: &str) -> Option<usize> {
+    let named = |wanted: String| inertial.iter().copied().find(|&i| topics[i].name == wanted);
+    if let Some(rest) = text.strip_prefix("IMU") {
+        let k = if rest.is_empty() {
+            1
+        } else {
+            rest.parse().ok()?
+        };
+        return named(format!("IMU[{}]", u32::checked_sub(k, 1)?));
+    }
+    let k: u32 = text.parse().ok()?;
+    let is_k = |t: &Topic| {
+        let bare = t.name == t.kind;
+        // Of several of one kind the first may have no number: 0 of PX4, 1 of ArduPilot.
+        let has = |name: String| inertial.iter().any(|&i| topics[i].name == name);
+        t.name.ends_with(&format!("[{k}]"))
+            || t.name.ends_with(&format!("/{k}"))
+            || t.name == format!("IMU{k}")
+            || (bare && k == 0 && has(format!("{}/1", t.name)))
+            || (t.name == "IMU" && k == 1 && has("IMU2".to_owned()))
+    };
+    let found: Vec<usize> = inertial
+        .iter()
+        .copied()
+        .filter(|&i| is_k(&topics[i]))
+        .collect();
+    let whole = found.iter().find(|&&i| topics[i].kind == "vehicle_imu");
+    match found.as_slice() {
+        [one] => Some(*one),
+        _ => whole.copied(),
+    }
 }
 
 /// Index of the topic to read: the one asked for, or the only inertial one.
@@ -131,7 +195,14 @@ pub(crate) fn choose(topics: &[Topic], options: &ReadOptions, what: &str) -> Res
             .iter()
             .copied()
             .find(|&i| same(&topics[i]))
-            .or_else(|| topics.iter().position(same));
+            .or_else(|| topics.iter().position(same))
+            .or_else(|| by_number(topics, &inertial, name));
+        let offer = if inertial.is_empty() {
+            let all: Vec<usize> = (0..topics.len()).collect();
+            format!("it has no inertial topic; it holds {}", list(&all))
+        } else {
+            format!("inertial topics of the log: {}", list(&inertial))
+        };
         return match found {
             Some(i) if topics[i].is_inertial => Ok(i),
             Some(i) => Err(Error::data(format!(
@@ -139,21 +210,24 @@ pub(crate) fn choose(topics: &[Topic], options: &ReadOptions, what: &str) -> Res
                 crate::map::columns::clip(&topics[i].kind)
             ))
             .at("--topic")
-            .advise(format!("inertial topics of the log: {}", list(&inertial)))),
+            .advise(offer)),
             None => Err(Error::data(format!("the log has no topic `{name}`"))
                 .at("--topic")
-                .advise(format!("inertial topics of the log: {}", list(&inertial)))),
+                .advise(offer)),
         };
     }
     match inertial.as_slice() {
         [one] => Ok(*one),
         [] => {
             let all: Vec<usize> = (0..topics.len()).collect();
+            let what = what.strip_prefix("an ").unwrap_or(what);
             let error = Error::data(format!("the log has no {what}"));
             Err(if all.is_empty() {
-                error
+                error.advise(
+                    "it holds no message at all: look at what recorded it, or copy it again",
+                )
             } else {
-                error.advise(format!("it holds {}", list(&all)))
+                error.advise(format!("it holds {}; name a log that has one", list(&all)))
             })
         }
         [first, ..] if options.any_topic => Ok(*first),

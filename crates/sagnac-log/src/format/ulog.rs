@@ -23,6 +23,21 @@ enum Scalar {
     F64,
     I16,
     I32,
+    U16,
+    U32,
+}
+
+impl Scalar {
+    fn value(self, data: &[u8], at: usize) -> Option<f64> {
+        match self {
+            Self::F32 => f32_at(data, at),
+            Self::F64 => u64_at(data, at).map(f64::from_bits),
+            Self::I16 => u16_at(data, at).map(|v| f64::from(v as i16)),
+            Self::I32 => u32_at(data, at).map(|v| f64::from(v as i32)),
+            Self::U16 => u16_at(data, at).map(f64::from),
+            Self::U32 => u32_at(data, at).map(f64::from),
+        }
+    }
 }
 
 /// Where one value stands in the data of a message.
@@ -31,6 +46,18 @@ struct Field {
     at: usize,
     scalar: Scalar,
     column: RawColumn,
+    /// Where the time stands, in µs, that an increment has to be divided by.
+    per: Option<(usize, Scalar)>,
+}
+
+impl Field {
+    fn value(&self, data: &[u8]) -> Option<f64> {
+        let value = self.scalar.value(data, self.at)?;
+        match self.per {
+            None => Some(value),
+            Some((at, scalar)) => Some(value / (1e-6 * scalar.value(data, at)?)),
+        }
+    }
 }
 
 #[derive(Debug, Default)]
@@ -104,6 +131,8 @@ impl Definitions {
     fn fields(&self, name: &str) -> Option<(usize, Vec<Field>)> {
         let format = self.formats.iter().find(|f| f.0 == name)?;
         let (mut at, mut time, mut out) = (0_usize, None, Vec::new());
+        let (mut sampled, mut intervals) = (None, Vec::new());
+        let mut increments: Vec<String> = Vec::new();
         for field in format.1.split(';').filter(|f| !f.trim().is_empty()) {
             let (kind, label) = field.trim().split_once(' ')?;
             let (kind, count) = kind_and_count(kind)?;
@@ -113,9 +142,15 @@ impl Definitions {
                 "double" => Some(Scalar::F64),
                 "int16_t" => Some(Scalar::I16),
                 "int32_t" => Some(Scalar::I32),
+                "uint16_t" if label.ends_with("_dt") => Some(Scalar::U16),
+                "uint32_t" if label.ends_with("_dt") => Some(Scalar::U32),
                 _ => None,
             };
-            if label == "timestamp" && kind == "uint64_t" {
+            if let (Some(scalar), Some(of)) = (scalar, label.strip_suffix("_dt")) {
+                intervals.push((of.to_owned(), (at, scalar)));
+            } else if label == "timestamp_sample" && kind == "uint64_t" && name == "vehicle_imu" {
+                sampled = Some(at);
+            } else if label == "timestamp" && kind == "uint64_t" {
                 time = Some(at);
             } else if let (Some(scalar), Some(channels)) = (scalar, channels(name, label, count)) {
                 for (k, (channel, unit)) in channels.into_iter().enumerate() {
@@ -123,13 +158,21 @@ impl Definitions {
                         at: at + k * size,
                         scalar,
                         column: table::column(&channel, unit),
+                        per: None,
                     });
+                    increments.push(label.to_owned());
                 }
             }
             at = at.checked_add(size.checked_mul(count)?)?;
         }
+        if name == "vehicle_imu" {
+            for (field, label) in out.iter_mut().zip(&increments) {
+                let own = intervals.iter().find(|i| i.0 == *label);
+                field.per = Some(own?.1);
+            }
+        }
         // Old formats hold x, y, z as floats; raw counts of other types have no unit here.
-        (!out.is_empty()).then_some((time?, out))
+        (!out.is_empty()).then_some((sampled.or(time)?, out))
     }
 
     fn topics(&self) -> Vec<(u16, Topic)> {
@@ -183,6 +226,9 @@ fn channels(message: &str, label: &str, count: usize) -> Option<Vec<(String, &'s
         ("sensor_combined", "accelerometer_m_s2", 3) => triad("accel", "m/s^2"),
         ("sensor_gyro", "x" | "y" | "z", 1) => one(format!("gyro_{label}"), "rad/s"),
         ("sensor_accel", "x" | "y" | "z", 1) => one(format!("accel_{label}"), "m/s^2"),
+        // Increments, which their own intervals divide.
+        ("vehicle_imu", "delta_angle", 3) => triad("gyro", "rad/s"),
+        ("vehicle_imu", "delta_velocity", 3) => triad("accel", "m/s^2"),
         ("sensor_gyro" | "sensor_accel", "temperature", 1) => one(label.to_owned(), "degC"),
         _ => None,
     }
@@ -325,6 +371,12 @@ impl Ulog {
         let mut columns = vec![table::column("time", "us")];
         columns.extend(fields.iter().map(|f| f.column.clone()));
         let mut notes = Vec::new();
+        if topic.kind == "vehicle_imu" {
+            notes.push(
+                "vehicle_imu holds increments: divided by delta_angle_dt and delta_velocity_dt, they are means over those"
+                    .to_owned(),
+            );
+        }
         let others: Vec<&str> = list
             .iter()
             .filter(|t| t.is_inertial && t.name != topic.name)
@@ -400,13 +452,7 @@ impl RawReader for Ulog {
                     return;
                 };
                 for (out, field) in row.iter_mut().zip(fields.iter()) {
-                    let value = match field.scalar {
-                        Scalar::F32 => f32_at(data, field.at),
-                        Scalar::F64 => u64_at(data, field.at).map(f64::from_bits),
-                        Scalar::I16 => u16_at(data, field.at).map(|v| f64::from(v as i16)),
-                        Scalar::I32 => u32_at(data, field.at).map(|v| f64::from(v as i32)),
-                    };
-                    let Some(value) = value else {
+                    let Some(value) = field.value(data) else {
                         *short += 1;
                         return;
                     };

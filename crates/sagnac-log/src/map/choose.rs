@@ -3,7 +3,7 @@
 use sagnac_model::units::{Dimension, Unit};
 
 use super::columns::{ColumnName, ColumnUnit, Group, Role, Scale, clip, scale, time_kind};
-use super::hints::{columns_place, describe, example_unit, triad_of, unknown_unit};
+use super::hints::{columns_place, describe, example, example_unit, triad_of, unknown_unit};
 use super::raw::{RawColumn, RawLayout};
 use crate::text::number::TimeKind;
 use crate::{Channel, Error, Layout, Quantity, TextColumn};
@@ -100,8 +100,16 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
         for &index in &sources {
             if raw.columns.get(index).is_some_and(|c| c.is_text) && group.unit != ColumnUnit::Iso {
                 let name = describe(raw, index);
+                let is_date = raw.columns.get(index).is_some_and(|c| c.is_date);
+                let advice = if is_date && group.role == Role::Time {
+                    format!("it holds dates: write time={index}:iso")
+                } else {
+                    "name a column of numbers".to_owned()
+                };
                 return Err(
-                    Error::data(format!("column {name} holds text, not numbers")).at(place),
+                    Error::data(format!("column {name} holds text, not numbers"))
+                        .at(place)
+                        .advise(advice),
                 );
             }
         }
@@ -119,6 +127,10 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
                     .map_err(|e| unknown_unit(raw, group.role, &sources, &e.to_string()))?,
             ),
             (unit, _) => unit.clone(),
+        };
+        let unit = match sources.first().and_then(|&i| raw.columns.get(i)) {
+            Some(column) if column.is_own_unit => own_unit(column, unit, &place)?,
+            _ => unit,
         };
         if group.role == Role::Time {
             let kind = time_kind(&unit).map_err(|e| e.at(place))?;
@@ -167,6 +179,22 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
             .advise("give every channel a column of its own; columns count from 0"));
     }
     Ok((time, ops))
+}
+
+/// The unit of a column of the format's own time stamps, which the one that was asked for must not contradict.
+fn own_unit(column: &RawColumn, asked: ColumnUnit, place: &str) -> Result<ColumnUnit, Error> {
+    let text = column.unit.as_deref().unwrap_or_default();
+    let own = Unit::parse_scaled(text).map_err(|e| Error::data(e.to_string()))?;
+    match &asked {
+        ColumnUnit::Unit(asked) if asked.factor() != own.factor() => Err(Error::usage(format!(
+            "column `{}` holds time stamps in {text} by the file's own word, not in {}",
+            clip(&column.name),
+            asked.text()
+        ))
+        .at(place)
+        .advise(format!("write :{text}, or leave the unit out"))),
+        _ => Ok(ColumnUnit::Unit(own)),
+    }
 }
 
 fn op(role: Role, axis: Option<usize>, column: usize, scale: Scale) -> Op {
@@ -284,7 +312,17 @@ fn find(raw: &RawLayout, name: &str) -> Result<usize, Error> {
                 .columns
                 .iter()
                 .find(|c| c.name.eq_ignore_ascii_case(name) || c.name.trim() == name.trim());
+            // What was left out of an archive was said by its name.
+            let bare = name.split('[').next().unwrap_or(name);
+            let told = raw.notes.iter().find(|n| n.contains(&format!("`{bare}`")));
             Err(match near {
+                None if told.is_some() => Error::data(format!(
+                    "the log has no column `{}`: {}",
+                    clip(name),
+                    told.map_or("", String::as_str)
+                ))
+                .at(columns_place(raw))
+                .advise("arrays are read beside one another, so that all need the same length: save those that are wanted alone"),
                 Some(c) => error.advise(format!("did you mean `{}`?", c.name)),
                 None => error.advise("name one that the log has, or its index, counting from 0"),
             })
@@ -346,7 +384,8 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
         if column.is_text && role != Role::Time {
             return Err(
                 Error::data(format!("column `{}` holds text, not numbers", column.name))
-                    .at(place(raw)),
+                    .at(place(raw))
+                    .advise("say by --columns which column holds its numbers"),
             );
         }
         let scale = scale(role, &unit).map_err(|e| {
@@ -372,7 +411,7 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
     if known == 0 {
         return Err(Error::data("no column of the log is a channel by its name")
             .at(columns_place(raw))
-            .advise("say what they are, for instance --columns 'time=0:s, gyro=1,2,3:deg/s, accel=4,5,6:g'"));
+            .advise(format!("say what they are, for instance {}", example(raw))));
     }
     for (i, op) in ops.iter().enumerate() {
         let is_same = |o: &Op| o.channel.name == op.channel.name;
@@ -388,7 +427,10 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
     if ops.is_empty() {
         return Err(Error::data("the log has no channel besides time")
             .at(columns_place(raw))
-            .advise("record what the sensor measures beside the time"));
+            .advise(match raw.notes.first() {
+                Some(note) => note.clone(),
+                None => "record what the sensor measures beside the time".to_owned(),
+            }));
     }
     Ok((time, ops))
 }

@@ -97,7 +97,8 @@ impl Role {
             if name == word {
                 return Some((role, None));
             }
-            let axis = name.strip_prefix(word)?.strip_prefix('_')?;
+            // Fields of structures are parted by a point.
+            let axis = name.strip_prefix(word)?.strip_prefix(['_', '.'])?;
             let axis = axes.iter().position(|a| *a == axis)?;
             Some((role, Some(axis)))
         })

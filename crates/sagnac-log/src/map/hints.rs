@@ -34,7 +34,7 @@ pub(super) fn triad_of(
         .filter_map(|k| {
             raw.columns
                 .iter()
-                .position(|c| c.name == role.channel(Some(k)))
+                .position(|c| Role::parse(c.name.trim()) == Some((role, Some(k))))
         })
         .collect();
     if all.len() == 3 { all } else { vec![index] }
@@ -77,6 +77,14 @@ pub(super) fn unknown_unit(raw: &RawLayout, role: Role, sources: &[usize], detai
             hint = format!("|f| is {value}; ");
         }
     }
+    let is_date = sources
+        .first()
+        .and_then(|&i| raw.columns.get(i))
+        .is_some_and(|c| c.is_date);
+    if role == Role::Time && is_date {
+        "iso".clone_into(&mut unit);
+        hint = "it holds dates; ".to_owned();
+    }
     let what = match detail {
         "" | "the unit is missing" => format!("the unit of column {shown} is not known"),
         detail => format!("the unit of column {shown} is not known: {detail}"),
@@ -91,6 +99,15 @@ pub(super) fn unknown_unit(raw: &RawLayout, role: Role, sources: &[usize], detai
             "{hint}name it, for instance --columns '{}={list}:{unit}'",
             role.word()
         ))
+}
+
+/// A list for `--columns`, with the log's own column of dates where it has one.
+pub(super) fn example(raw: &RawLayout) -> String {
+    let time = match raw.columns.iter().position(|c| c.is_date) {
+        Some(k) => format!("time={k}:iso"),
+        None => "time=0:s".to_owned(),
+    };
+    format!("--columns '{time}, gyro=1,2,3:deg/s, accel=4,5,6:g'")
 }
 
 /// Mean length of the vectors in the first rows.

@@ -94,13 +94,19 @@ impl Mapped {
             topics: found.topics,
             topic: found.topic,
             frame: found.frame,
+            frame_id: found.frame_id,
             covariances: found.covariances,
             samples: found.samples,
             notes: left_out,
         };
         say_increments(&ops, &mut layout);
         let mount = match axes {
-            Some(map) => remount(&map, &mut layout)?,
+            Some(map) => {
+                // Turned axes are no longer those of the source's frame.
+                layout.frame = layout.frame.map(|f| f + ", turned by --axes");
+                layout.frame_id = layout.frame_id.map(|_| "imu".to_owned());
+                remount(&map, &mut layout)?
+            }
             None => (0..ops.len()).map(|k| (k, 1.0)).collect(),
         };
         if let Some(rate) = layout.rate_hz {

@@ -10,12 +10,16 @@ pub(crate) struct RawColumn {
     pub(crate) name: String,
     /// Unit as the source writes it.
     pub(crate) unit: Option<String>,
+    /// True where the unit is that of the format's own time stamps, which no user has to name.
+    pub(crate) is_own_unit: bool,
     /// The channel it is by the format's own definition (`gyro_x`, `time`), with its unit known.
     pub(crate) channel: Option<String>,
     /// Its values in the first rows, for checks and hints.
     pub(crate) preview: Vec<f64>,
     /// True where it holds text and no numbers.
     pub(crate) is_text: bool,
+    /// True where its text is ISO 8601 dates.
+    pub(crate) is_date: bool,
     /// Its header, unit and all, as the source writes it.
     pub(crate) header: String,
 }
@@ -31,6 +35,8 @@ pub(crate) struct RawLayout {
     pub(crate) topics: Vec<Topic>,
     pub(crate) topic: Option<String>,
     pub(crate) frame: Option<String>,
+    /// `frame_id` of ROS messages.
+    pub(crate) frame_id: Option<String>,
     pub(crate) covariances: Option<[[f64; 9]; 2]>,
     pub(crate) samples: Option<u64>,
     pub(crate) notes: Vec<String>,

@@ -276,6 +276,17 @@ pub(crate) fn sniff(sample: &[u8], is_whole: bool) -> Result<Dialect, Error> {
             .collect();
         header_line = Some(line.number);
     }
+    let above = (!has_header && header_line.is_none())
+        .then(|| short_header(&rows, first, width))
+        .flatten();
+    if let Some(row) = above {
+        names = row
+            .iter()
+            .map(|c| String::from_utf8_lossy(c).trim().to_owned())
+            .collect();
+        names.resize(width, String::new());
+        header_line = Some(content[first - 1].number);
+    }
     let body = if has_header {
         content[first].end
     } else {
@@ -289,7 +300,9 @@ pub(crate) fn sniff(sample: &[u8], is_whole: bool) -> Result<Dialect, Error> {
     let data = &rows[(first + usize::from(has_header)).min(rows.len())..];
     let columns = columns_of(names, data, width);
     let mut preamble = first as u64;
-    if !has_header && header_line.is_some() {
+    if above.is_some() {
+        preamble -= 1;
+    } else if !has_header && header_line.is_some() {
         preamble = 0;
     }
     Ok(Dialect {
@@ -329,6 +342,26 @@ fn split(sample: &[u8], skip: usize, is_whole: bool) -> Vec<Line<'_>> {
         start = next;
     }
     lines
+}
+
+/// The row above a table whose rows all end by a separator: its header, without one.
+fn short_header<'a>(
+    rows: &'a [Vec<&'a [u8]>],
+    first: usize,
+    width: usize,
+) -> Option<&'a [&'a [u8]]> {
+    let above = rows.get(first.checked_sub(1)?)?;
+    let ends_empty =
+        |row: &Vec<&[u8]>| row.len() == width && row.last().is_some_and(|c| c.is_empty());
+    let is_one = above.len() + 1 == width
+        && width > 2
+        && above.iter().all(|c| !c.is_empty() && !is_number(c))
+        && rows[first..]
+            .iter()
+            .take(PREVIEW_ROWS)
+            .filter(|r| r.len() == width)
+            .all(ends_empty);
+    is_one.then_some(above.as_slice())
 }
 
 /// The last comment before the table that has as many words as the table has columns.
@@ -393,13 +426,17 @@ fn columns_of(names: Vec<String>, data: &[Vec<&[u8]>], width: usize) -> Vec<RawC
                 .filter(|r| !r[k].is_empty() && !is_number(r[k]))
                 .count();
             let filled = data.iter().filter(|r| !r[k].is_empty()).count();
+            let first = data.iter().map(|r| r[k]).find(|c| !c.is_empty());
+            let is_text = filled > 0 && 2 * words > filled;
             let (name, unit) = name_and_unit(&text);
             RawColumn {
                 name,
                 unit,
+                is_own_unit: false,
                 channel: None,
                 preview: values,
-                is_text: filled > 0 && 2 * words > filled,
+                is_text,
+                is_date: is_text && first.is_some_and(|c| super::iso::parse(c).is_some()),
                 header: text,
             }
         })

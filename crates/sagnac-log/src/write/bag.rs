@@ -3,7 +3,7 @@
 use std::io::{Seek, SeekFrom, Write};
 
 use super::WriteSeek;
-use super::ros::{FRAME, ImuRows, TOPIC, definition};
+use super::ros::{ImuRows, definition};
 use crate::{Block, Error, Layout, LogWriter};
 
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
@@ -66,30 +66,31 @@ fn head(index_at: u64, chunks: u32) -> Vec<u8> {
     record(&header, &vec![b' '; 4096_usize.saturating_sub(length)])
 }
 
-fn connection() -> Vec<u8> {
+fn connection(topic: &str) -> Vec<u8> {
     let text = definition(
         "Header header",
         "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n",
     );
     let data = fields(&[
-        ("topic", TOPIC.as_bytes()),
+        ("topic", topic.as_bytes()),
         ("type", b"sensor_msgs/Imu"),
         ("md5sum", MD5.as_bytes()),
         ("message_definition", text.as_bytes()),
     ]);
     record(
-        &[("op", &[7]), ("conn", &[0; 4]), ("topic", TOPIC.as_bytes())],
+        &[("op", &[7]), ("conn", &[0; 4]), ("topic", topic.as_bytes())],
         &data,
     )
 }
 
 impl BagWriter {
     pub(crate) fn new(output: Box<dyn WriteSeek>, layout: &Layout) -> Result<Self, Error> {
+        let rows = ImuRows::new(layout)?;
         let mut writer = Self {
             output,
-            rows: ImuRows::new(layout)?,
             at: 0,
-            chunk: connection(),
+            chunk: connection(&rows.topic),
+            rows,
             index: Vec::new(),
             chunks: Vec::new(),
             chunk_count: 0,
@@ -163,8 +164,8 @@ impl LogWriter for BagWriter {
             self.index.push((ns, self.chunk.len() as u32));
             let mut data = self.messages.to_le_bytes().to_vec();
             data.extend(time(ns));
-            data.extend((FRAME.len() as u32).to_le_bytes());
-            data.extend(FRAME.as_bytes());
+            data.extend((self.rows.frame_id.len() as u32).to_le_bytes());
+            data.extend(self.rows.frame_id.as_bytes());
             data.extend(&body);
             self.chunk.extend(record(
                 &[("op", &[2]), ("conn", &[0; 4]), ("time", &time(ns))],
@@ -181,7 +182,8 @@ impl LogWriter for BagWriter {
     fn finish(mut self: Box<Self>) -> Result<Vec<String>, Error> {
         self.close_chunk()?;
         let index_at = self.at;
-        self.put(&connection())?;
+        let connection = connection(&self.rows.topic);
+        self.put(&connection)?;
         let chunks = std::mem::take(&mut self.chunks);
         self.put(&chunks)?;
         self.output

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::WriteSeek;
-use super::ros::{FRAME, ImuRows, TOPIC, definition, divider};
+use super::ros::{ImuRows, definition, divider};
 use crate::{Block, Error, Layout, LogWriter};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -36,7 +36,7 @@ fn record(kind: u8, body: &[u8]) -> Vec<u8> {
     out
 }
 
-fn schema_and_channel() -> Vec<u8> {
+fn schema_and_channel(topic: &str) -> Vec<u8> {
     let header = format!(
         "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n{}\n\
          MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
@@ -47,7 +47,7 @@ fn schema_and_channel() -> Vec<u8> {
     string(&mut schema, "ros2msg");
     string(&mut schema, &definition("std_msgs/Header header", &header));
     let mut channel = [0_u16.to_le_bytes(), 1_u16.to_le_bytes()].concat();
-    string(&mut channel, TOPIC);
+    string(&mut channel, topic);
     string(&mut channel, "cdr");
     channel.extend(0_u32.to_le_bytes());
     [record(3, &schema), record(4, &channel)].concat()
@@ -71,7 +71,8 @@ impl McapWriter {
         string(&mut header, "sagnac");
         writer.put(MAGIC)?;
         writer.put(&record(1, &header))?;
-        writer.put(&schema_and_channel())?;
+        let about = schema_and_channel(&writer.rows.topic);
+        writer.put(&about)?;
         Ok(writer)
     }
 
@@ -132,8 +133,8 @@ impl LogWriter for McapWriter {
             let mut head = vec![0, 1, 0, 0];
             head.extend(((ns / 1_000_000_000) as u32).to_le_bytes());
             head.extend(((ns % 1_000_000_000) as u32).to_le_bytes());
-            head.extend((FRAME.len() as u32 + 1).to_le_bytes());
-            head.extend(FRAME.as_bytes());
+            head.extend((self.rows.frame_id.len() as u32 + 1).to_le_bytes());
+            head.extend(self.rows.frame_id.as_bytes());
             head.push(0);
             head.resize(4 + (head.len() - 4).next_multiple_of(8), 0);
             self.chunk.push(5);
@@ -158,7 +159,8 @@ impl LogWriter for McapWriter {
         self.close_chunk()?;
         self.put(&record(15, &0_u32.to_le_bytes()))?;
         let summary = self.at;
-        self.put(&schema_and_channel())?;
+        let about = schema_and_channel(&self.rows.topic);
+        self.put(&about)?;
         let (first, last) = self.span.unwrap_or((0, 0));
         let mut body = self.messages.to_le_bytes().to_vec();
         body.extend(1_u16.to_le_bytes());

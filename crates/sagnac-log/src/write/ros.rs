@@ -13,12 +13,15 @@ pub(crate) struct ImuRows {
     rows: u64,
     left_out: Vec<String>,
     rounded: bool,
+    /// The name of the topic.
+    pub(crate) topic: String,
+    /// The frame of the messages.
+    pub(crate) frame_id: String,
 }
 
-/// The name of the topic.
-pub(crate) const TOPIC: &str = "/imu/data";
-/// The frame of the messages.
-pub(crate) const FRAME: &str = "imu";
+/// The topic, and the frame of its messages, of logs that have none.
+const TOPIC: &str = "/imu/data";
+const FRAME: &str = "imu";
 
 impl ImuRows {
     pub(crate) fn new(layout: &Layout) -> Result<Self, Error> {
@@ -43,6 +46,11 @@ impl ImuRows {
                 .map(|c| c.name.clone())
                 .collect(),
             rounded: false,
+            topic: match (&layout.topic, &layout.frame_id) {
+                (Some(topic), Some(_)) => topic.clone(),
+                _ => TOPIC.to_owned(),
+            },
+            frame_id: layout.frame_id.clone().unwrap_or_else(|| FRAME.to_owned()),
         })
     }
 
@@ -90,7 +98,9 @@ impl ImuRows {
     /// What the user should be told.
     pub(crate) fn notes(&self) -> Vec<String> {
         let mut out = vec![format!(
-            "written as {TOPIC}, frame_id \"{FRAME}\"; covariances are {}",
+            "written as {}, frame_id \"{}\"; covariances are {}",
+            crate::map::columns::clip(&self.topic),
+            crate::map::columns::clip(&self.frame_id),
             if self.covariances.is_some() {
                 "set, the same in every message"
             } else {

@@ -88,7 +88,7 @@ pub(super) fn document(o: &InfoOutcome) -> Document {
             let n = t.messages.map_or(String::new(), |n| {
                 format!(", {} messages", group_thousands(&n.to_string()))
             });
-            d.hanging("topic", format!("{} ({}){n}", t.name, t.kind));
+            d.hanging("topic  ", format!("{} ({}){n}", t.name, t.kind));
         }
     }
 

@@ -301,7 +301,13 @@ impl Chunked {
                 }
                 Filter::Shuffle => unshuffle(&bytes, self.size),
                 Filter::Fletcher32 => {
-                    bytes.truncate(bytes.len().checked_sub(4)?);
+                    let end = bytes.len().checked_sub(4)?;
+                    let stored = u32::from_le_bytes(bytes[end..].try_into().ok()?);
+                    bytes.truncate(end);
+                    let sum = fletcher32(&bytes);
+                    // Libraries before 1.6.3 wrote the bytes of each half in the other order.
+                    let old = (sum & 0x00FF_00FF) << 8 | (sum & 0xFF00_FF00) >> 8;
+                    [sum, old].contains(&stored).then_some(())?;
                     bytes
                 }
                 Filter::Unknown(_) => return None,
@@ -309,6 +315,21 @@ impl Chunked {
         }
         (bytes.len() as u64 == want).then_some(bytes)
     }
+}
+
+/// HDF5's sum of a chunk: words of two bytes, the higher first, each sum kept to 16 bits.
+fn fletcher32(bytes: &[u8]) -> u32 {
+    let fold = |sum: u32| (sum & 0xFFFF) + (sum >> 16);
+    let (mut low, mut high) = (0_u32, 0_u32);
+    // 360 words are the most that the sums of 32 bits hold.
+    for part in bytes.chunks(720) {
+        for word in part.chunks(2) {
+            low += u32::from(word[0]) << 8 | word.get(1).map_or(0, |&b| u32::from(b));
+            high += low;
+        }
+        (low, high) = (fold(low), fold(high));
+    }
+    fold(high) << 16 | fold(low)
 }
 
 /// First bytes of all numbers, then second bytes…: back to numbers.
@@ -353,7 +374,10 @@ impl Stripes {
             }
             self.next += 1;
             let bytes = set.unpack(chunk).ok_or_else(|| {
-                let text = format!("the chunk at byte {} is damaged", grouped(chunk.at));
+                let text = format!(
+                    "the chunk at byte {} is damaged, or does not match its checksum",
+                    grouped(chunk.at)
+                );
                 std::io::Error::new(std::io::ErrorKind::InvalidData, text)
             })?;
             let left = usize::from(chunk.place) * set.chunk.1 as usize;

@@ -14,6 +14,7 @@ use super::part::Shared;
 use crate::Error;
 use crate::input::InputBytes;
 use crate::npy::Header;
+use crate::text::grouped;
 use object::{Layout, Object};
 
 const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -83,8 +84,8 @@ impl<'a> View<'a> {
     }
 }
 
-/// Reads the superblock: the file and the address of its root group.
-fn superblock(bytes: Shared, start: u64) -> Option<(File, u64)> {
+/// Reads the superblock: the file, the address of its root group and the length that the file should have.
+fn superblock(bytes: Shared, start: u64) -> Option<(File, u64, u64)> {
     let mut file = File {
         bytes,
         start,
@@ -109,9 +110,11 @@ fn superblock(bytes: Shared, start: u64) -> Option<(File, u64)> {
         1 => 13,
         _ => 1,
     })?;
-    view.take(if is_old { 5 } else { 3 } * file.address)?;
+    view.take(2 * file.address)?;
+    let end = view.number(file.address)?;
+    view.take(if is_old { 2 * file.address } else { 0 })?;
     let root = view.number(file.address)?;
-    Some((file, root))
+    Some((file, root, end))
 }
 
 /// The walk over groups.
@@ -241,8 +244,21 @@ pub(crate) fn open(
         };
         return Err(no_pipe(what, packed));
     };
-    let damaged = || Error::data("the HDF5 file is cut off or damaged: its root cannot be read");
-    let (file, root) = superblock(Shared::new(bytes), start).ok_or_else(damaged)?;
+    let damaged = || {
+        Error::data("the HDF5 file is cut off or damaged: its root cannot be read")
+            .advise("copy it again")
+    };
+    let bytes = Shared::new(bytes);
+    let length = bytes.length().map_err(Error::read)?;
+    let (file, root, end) = superblock(bytes, start).ok_or_else(damaged)?;
+    if end > length && !object::is_nowhere(&file, end) {
+        return Err(Error::data(format!(
+            "the HDF5 file is cut off: {} of its {} bytes are there",
+            grouped(length),
+            grouped(end)
+        ))
+        .advise("copy it again"));
+    }
     let mut walk = Walk {
         file,
         separator: if is_matlab { '.' } else { '/' },
