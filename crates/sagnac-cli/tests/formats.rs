@@ -107,7 +107,7 @@ fn what_resampling_bridges_or_cannot_is_told() {
         text.contains("gap") && text.contains("nothing was filled in"),
         "{text}"
     );
-    assert_eq!(rows(&at.join("out.csv")).len(), 400);
+    assert_eq!(rows(&at.join("out.csv")).len(), 401);
     // Time runs back.
     log(at, |k, t, _| {
         *t = f64::from(if k == 900 { 890 } else { k }) / 200.0;

@@ -194,8 +194,9 @@ fn a_page_of_parquet_that_does_not_match_its_checksum_is_refused() {
     let columns = "time=t:s, gyro=gyr_x,gyr_y,gyr_z:rad/s";
     let mut bytes = array("checked.parquet");
     assert_eq!(with_columns(bytes.clone(), columns).unwrap().rows, 60);
-    let value = (59.0 / 8.0_f32).to_le_bytes();
-    let data = bytes.windows(4).position(|w| w == value).unwrap();
+    // Two values in a row: the largest alone stands in the page's description as well.
+    let values = [58.0, 59.0].map(|k| (k / 8.0_f32).to_le_bytes()).concat();
+    let data = bytes.windows(8).position(|w| w == values).unwrap();
     bytes[data] ^= 1;
     let error = with_columns(bytes, columns).unwrap_err();
     assert!(

@@ -101,6 +101,7 @@ impl<'a> Sink<'a> {
 pub(crate) fn lists_note(mut lists: Vec<String>) -> Option<String> {
     lists.dedup();
     lists.truncate(20);
+    let lists: Vec<String> = lists.iter().map(|name| format!("`{name}`")).collect();
     (!lists.is_empty()).then(|| {
         format!(
             "lists are not read, and were left out: {}; write every axis as a column of its own",

@@ -322,7 +322,11 @@ fn find(raw: &RawLayout, name: &str) -> Result<usize, Error> {
                     told.map_or("", String::as_str)
                 ))
                 .at(columns_place(raw))
-                .advise("arrays are read beside one another, so that all need the same length: save those that are wanted alone"),
+                .advise(if told.is_some_and(|n| n.contains(" rows, not ") || n.contains(" row, not ")) {
+                    "arrays are read beside one another, so that all need the same length: save those that are wanted alone"
+                } else {
+                    "name one that the log has"
+                }),
                 Some(c) => error.advise(format!("did you mean `{}`?", c.name)),
                 None => error.advise("name one that the log has, or its index, counting from 0"),
             })

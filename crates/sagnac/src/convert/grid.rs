@@ -195,7 +195,8 @@ fn through(places: &[f64], samples: &[f64], after: usize, at: f64, is_line: bool
     let (from, to) = if is_line {
         (after - 1, after)
     } else {
-        (after.saturating_sub(2), (after + 1).min(places.len() - 1))
+        let from = after.saturating_sub(2).min(places.len().saturating_sub(4));
+        (from, (from + 3).min(places.len() - 1))
     };
     (from..=to)
         .map(|j| {
