@@ -79,7 +79,7 @@ fn a_chunk_that_does_not_match_its_checksum_is_left_out_and_counted() {
     for pipe in [false, true] {
         // One bit of a value in the middle of the second chunk.
         let mut bytes = whole.clone();
-        bytes[(chunks[1] + chunks[2]) / 2] ^= 1;
+        bytes[usize::midpoint(chunks[1], chunks[2])] ^= 1;
         let source = if pipe {
             Source::stream("a", std::io::Cursor::new(bytes))
         } else {
@@ -125,7 +125,7 @@ fn sagnac_grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (k, c) in digits.chars().enumerate() {
-        if k > 0 && digits.len() > 4 && (digits.len() - k) % 3 == 0 {
+        if k > 0 && digits.len() > 4 && (digits.len() - k).is_multiple_of(3) {
             out.push(' ');
         }
         out.push(c);

@@ -222,13 +222,15 @@ fn channels(message: &str, label: &str, count: usize) -> Option<Vec<(String, &'s
     };
     let one = |word: String, unit| Some(vec![(word, unit)]);
     match (message, label, count) {
-        ("sensor_combined", "gyro_rad", 3) => triad("gyro", "rad/s"),
-        ("sensor_combined", "accelerometer_m_s2", 3) => triad("accel", "m/s^2"),
+        // Increments of vehicle_imu are divided by their own intervals.
+        ("sensor_combined", "gyro_rad", 3) | ("vehicle_imu", "delta_angle", 3) => {
+            triad("gyro", "rad/s")
+        }
+        ("sensor_combined", "accelerometer_m_s2", 3) | ("vehicle_imu", "delta_velocity", 3) => {
+            triad("accel", "m/s^2")
+        }
         ("sensor_gyro", "x" | "y" | "z", 1) => one(format!("gyro_{label}"), "rad/s"),
         ("sensor_accel", "x" | "y" | "z", 1) => one(format!("accel_{label}"), "m/s^2"),
-        // Increments, which their own intervals divide.
-        ("vehicle_imu", "delta_angle", 3) => triad("gyro", "rad/s"),
-        ("vehicle_imu", "delta_velocity", 3) => triad("accel", "m/s^2"),
         ("sensor_gyro" | "sensor_accel", "temperature", 1) => one(label.to_owned(), "degC"),
         _ => None,
     }

@@ -129,7 +129,7 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
             (unit, _) => unit.clone(),
         };
         let unit = match sources.first().and_then(|&i| raw.columns.get(i)) {
-            Some(column) if column.is_own_unit => own_unit(column, unit, &place)?,
+            Some(column) if column.is_own_unit => own_unit(column, &unit, &place)?,
             _ => unit,
         };
         if group.role == Role::Time {
@@ -182,10 +182,10 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
 }
 
 /// The unit of a column of the format's own time stamps, which the one that was asked for must not contradict.
-fn own_unit(column: &RawColumn, asked: ColumnUnit, place: &str) -> Result<ColumnUnit, Error> {
+fn own_unit(column: &RawColumn, asked: &ColumnUnit, place: &str) -> Result<ColumnUnit, Error> {
     let text = column.unit.as_deref().unwrap_or_default();
     let own = Unit::parse_scaled(text).map_err(|e| Error::data(e.to_string()))?;
-    match &asked {
+    match asked {
         ColumnUnit::Unit(asked) if asked.factor() != own.factor() => Err(Error::usage(format!(
             "column `{}` holds time stamps in {text} by the file's own word, not in {}",
             clip(&column.name),

@@ -83,7 +83,7 @@ pub(super) fn unknown_unit(raw: &RawLayout, role: Role, sources: &[usize], detai
         .is_some_and(|c| c.is_date);
     if role == Role::Time && is_date {
         "iso".clone_into(&mut unit);
-        hint = "it holds dates; ".to_owned();
+        "it holds dates; ".clone_into(&mut hint);
     }
     let what = match detail {
         "" | "the unit is missing" => format!("the unit of column {shown} is not known"),
