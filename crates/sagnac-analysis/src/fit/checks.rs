@@ -100,11 +100,17 @@ pub(super) fn lower_corner(work: &Work, problem: &Problem, solution: &Solution) 
     let below = cut * cut / 3.0;
     let above = (high * high + high * cut + cut * cut) / 3.0;
     let droop = (1.0 - sum / count) * below / (above - below);
-    (droop > DROOP_SHARE * (2.0 / inside).sqrt()).then_some(next)
+    let matters = (DROOP_SHARE * (2.0 / inside).sqrt()).max(LEAST_DROOP);
+    (droop > matters).then_some(next)
 }
 
 /// Part of the white level's own standard error that a filter may take from it.
 const DROOP_SHARE: f64 = 0.2;
+/// Share of the white level (of power) that a filter may always take: in a log of a million samples less would cost decades
+/// of the band, and the lines and slow terms in them.
+const LEAST_DROOP: f64 = 0.003;
+/// Share by which the fit may miss half an octave below a corner, however many coefficients see it.
+const TOP_TOLERANCE: f64 = 0.03;
 
 /// Whether the fit describes the two octaves below a corner: what it misses further down is no filter's work.
 fn top_agrees(problem: &Problem, measured: &[f64], model: &[f64], cut: f64) -> bool {
@@ -118,7 +124,7 @@ fn top_agrees(problem: &Problem, measured: &[f64], model: &[f64], cut: f64) -> b
                 count += problem.count[b];
             }
         }
-        count > 0.0 && (sum / count - 1.0).abs() < 3.3 * (2.0 / count).sqrt()
+        count > 0.0 && (sum / count - 1.0).abs() < (3.3 * (2.0 / count).sqrt()).max(TOP_TOLERANCE)
     })
 }
 

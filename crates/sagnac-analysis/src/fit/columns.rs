@@ -18,8 +18,8 @@ use realfft::RealFftPlanner;
 /// from, a long walk many, and the average counts them. Of n places that noise tells apart exp(−b/2)/√(π (b/2 + ln n)) of
 /// axes pass a bound b by chance: 0.17 % for n = 1000, 1 % of logs of six axes.
 const STEP_EVIDENCE: f64 = 9.2;
-/// The same of a warm-up, whose time alone is free, as of a ramp.
-const WARM_UP_THRESHOLD: f64 = 11.0;
+/// Ratio from which a warm-up is named: with its size and time free 0.25 % of axes reach it by chance, fewer over the floor.
+const WARM_UP_THRESHOLD: f64 = 12.0;
 /// Shortest time of a warm-up; the longest is a quarter of the log.
 const SHORTEST_WARM_UP_S: f64 = 30.0;
 /// Ratio from which a power of the temperature is kept.
@@ -237,19 +237,33 @@ fn best_offer(
     free: &Free,
 ) -> Option<(usize, f64, Solution)> {
     let mut best: Option<(usize, f64, Solution)> = None;
+    let mut warmest: Option<(usize, f64, Solution)> = None;
     for (i, (kind, threshold)) in offers.iter().enumerate() {
         let mut keep: Vec<usize> = (0..base).collect();
         keep.push(base + i);
         let tried = whole.with_columns(&keep, false).fit(&now.parameters, free);
         let gain = now.objective - tried.objective;
+        let held = match kind {
+            ActiveKind::Temperature(_) => &mut warmest,
+            _ => &mut best,
+        };
         if gain >= *threshold
-            && best.as_ref().is_none_or(|b| gain > b.1)
+            && held.as_ref().is_none_or(|b| gain > b.1)
             && stands_over_floor(work, *kind, base, &tried)
         {
-            best = Some((i, gain, tried));
+            *held = Some((i, gain, tried));
         }
     }
-    best
+    // A temperature that was recorded goes before an exponential that does as well by the freedom of its time.
+    let lead = match &best {
+        Some((i, ..)) if matches!(offers[*i].0, ActiveKind::WarmUp(_)) => WARM_UP_THRESHOLD,
+        _ => 0.0,
+    };
+    match (best, warmest) {
+        (Some(best), Some(warmest)) if best.1 <= warmest.1 + lead => Some(warmest),
+        (None, warmest) => warmest,
+        (best, _) => best,
+    }
 }
 
 /// Whether column `index`, where it is a warm-up, starts high enough over the floor of the fit's Allan deviation.

@@ -121,6 +121,7 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     let size = ((1.0 / clock.dt_s).round() as usize).max(50);
     // The clearest first: what they take leaves the judgement of the rest alone.
     let mut known = stuck.to_vec();
+    let mut absurd = Vec::new();
     // An infinite value is a lost sample, as NaN is, and so is one that no sensor gives: no average holds one.
     for (known, (channel, values)) in known.iter_mut().zip(log.channels()) {
         let most = match channel.quantity {
@@ -128,7 +129,16 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
             Quantity::SpecificForce => BEYOND_ANY_FORCE_M_S2,
             _ => f64::MAX,
         };
-        known.extend(super::channel::runs(values, |v| v.abs() > most));
+        let runs = super::channel::runs(values, |v| v.abs() > most);
+        // A channel of nothing else has no rest that they could be left out of.
+        if 2 * runs.iter().map(Range::len).sum::<usize>() < values.len() {
+            absurd.extend(runs.iter().map(|rows| Motion {
+                rows: rows.clone(),
+                channels: vec![channel.name.clone()],
+                text: format!("a value no sensor gives: {:e}", values[rows.start]),
+            }));
+        }
+        known.extend(runs);
     }
     let mut found = shaken::violent(log, size, &known);
     take(&found, &mut known);
@@ -140,6 +150,7 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     if log.rows / size >= 20 {
         jumps(log, size, &known, shaken, &mut found);
     }
+    found.extend(absurd);
     found.sort_by_key(|m| m.rows.start);
     let mut out: Vec<Motion> = Vec::new();
     for m in found {
