@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zlib
 
 import numpy as np
 
@@ -92,7 +93,7 @@ def mcap(n):
         for at in (15, 23):
             put(rows, at, ns, "<u8")
         data = rows.tobytes()
-        yield entry(6, struct.pack("<QQQI", int(ns[0]), int(ns[-1]), len(data), 0) + text(b"") + struct.pack("<Q", len(data)) + data)
+        yield entry(6, struct.pack("<QQQI", int(ns[0]), int(ns[-1]), len(data), zlib.crc32(data)) + text(b"") + struct.pack("<Q", len(data)) + data)
     yield entry(15, bytes(4)) + entry(2, bytes(20)) + b"\x89MCAP0\r\n"
 
 

@@ -278,6 +278,8 @@ impl Walk {
                     sum,
                 } => {
                     self.first_packing.get_or_insert(packing);
+                    // Messages that are only counted are read again.
+                    let sum = sum.filter(|_| wanted.is_some());
                     let at = self.scan.offset();
                     if packing == Packing::None {
                         if !check(&mut self.scan, length, sum, &mut self.unchecked)? {
