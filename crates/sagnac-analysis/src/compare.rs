@@ -158,6 +158,35 @@ pub fn fleet_outliers(axes: &[Option<&AxisEstimate>]) -> Vec<Outlier> {
     out
 }
 
+/// Of `suspects` the log whose spectrum is farthest from the others', by the median over them of its likelihood ratio
+/// Σ n [r_o − r + ln(r/r_o)], r = measured/own fit, r_o = measured/fit of the other, over the bins of its spectrum.
+///
+/// The median holds while fewer than half of the logs differ, however far they do; pooled terms are drawn by one.
+pub fn farthest(logs: &[(usize, &AxisEstimate)], suspects: &[usize]) -> Option<usize> {
+    let ratio = |own: &AxisEstimate, other: &AxisEstimate| -> f64 {
+        let bins = own.spectrum.iter().filter(|b| b.used);
+        bins.map(|b| {
+            let density = |e: &AxisEstimate| e.fitted.density(b.frequency_hz, own.step_s);
+            let (mine, theirs) = (density(own), density(other));
+            b.count * (b.measured / theirs - b.measured / mine + (theirs / mine).ln())
+        })
+        .sum()
+    };
+    let distance = |&(log, own): &(usize, &AxisEstimate)| -> Option<(usize, f64)> {
+        let others = logs.iter().filter(|(other, _)| *other != log);
+        let mut ratios: Vec<f64> = others.map(|(_, other)| ratio(own, other)).collect();
+        ratios.sort_by(f64::total_cmp);
+        // Of an even number the smaller: with three logs the two that agree have one near.
+        let at = ratios.len().checked_sub(1)? / 2;
+        Some((log, ratios[at]))
+    };
+    logs.iter()
+        .filter(|(log, _)| suspects.contains(log))
+        .filter_map(distance)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(log, _)| log)
+}
+
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();

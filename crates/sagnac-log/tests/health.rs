@@ -396,3 +396,38 @@ fn stamps_that_scatter_lose_no_samples_and_keep_the_rate() {
         "{found:?}"
     );
 }
+
+#[test]
+fn every_channel_that_loses_numbers_is_named() {
+    let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]\n");
+    for k in 0..40_000 {
+        let number = |lost: bool| {
+            if lost {
+                "nan".to_owned()
+            } else {
+                format!("0.{}", k * 7919 % 101)
+            }
+        };
+        // A loss every 2 s on x and y, seven in all on z.
+        let cells = [k % 200 == 50, k % 200 == 120, k % 5000 == 4000].map(number);
+        text += &format!("{},{}\n", f64::from(k) / 100.0, cells.join(","));
+    }
+    let source = Source::memory("nan.csv", text.into());
+    let log = read(source, &ReadOptions::default()).unwrap();
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let of = |channel: &str| -> Vec<&Issue> {
+        let nan = health.issues.iter().filter(|i| i.kind == IssueKind::Nan);
+        nan.filter(|i| i.channel.as_deref() == Some(channel))
+            .collect()
+    };
+    let (x, y, z) = (of("gyro_x"), of("gyro_y"), of("gyro_z"));
+    assert_eq!((x.len(), y.len(), z.len()), (46, 46, 8));
+    for cut in [x, y] {
+        let last = &cut[45].text;
+        assert!(
+            last.contains("; and 154 more of this kind up to "),
+            "{last}"
+        );
+    }
+    assert!(z.iter().all(|i| !i.text.contains("more of this kind")));
+}

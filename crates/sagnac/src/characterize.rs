@@ -8,6 +8,8 @@ mod json;
 mod model_file;
 mod page;
 mod page_words;
+mod pool;
+mod series;
 mod terms;
 mod text;
 
@@ -16,7 +18,7 @@ use rayon::prelude::*;
 use sagnac_analysis::compare::Outlier;
 use sagnac_analysis::fit::{
     AxisData, AxisEstimate, Candidates, FitOptions, PooledEstimate, Segment, estimate,
-    estimate_pooled, filled_deviation,
+    filled_deviation,
 };
 use sagnac_analysis::{Curve, Deviation, TauGrid, compare, deviations};
 use sagnac_core::Sensor;
@@ -72,7 +74,8 @@ pub struct AxisOutcome {
     pub allan: Option<Curve>,
     /// Allan deviation of the fit at the same averaging times.
     pub fit_deviation: Vec<f64>,
-    /// The channel in at most 720 pieces: time, smallest, mean, largest.
+    /// The channel in at most 720 pieces: time, smallest, mean, largest; pieces without numbers between them part what a
+    /// gap parts.
     pub series: Vec<[f64; 4]>,
     /// Standard deviation of its samples.
     pub scatter: f64,
@@ -112,6 +115,8 @@ pub struct OutlierNote {
     pub axis: String,
     /// What differs.
     pub outlier: Outlier,
+    /// What is said of it, without log and axis.
+    pub remark: String,
     /// The sentence.
     pub text: String,
 }
@@ -125,8 +130,10 @@ pub struct SensorAxis {
     pub sensor: Sensor,
     /// 0, 1, 2 for x, y, z.
     pub index: usize,
-    /// The pooled estimate.
+    /// The pooled estimate of the logs that agree; its outliers are the others, by their place in the outcome.
     pub pooled: PooledEstimate,
+    /// Logs that are in it.
+    pub runs: usize,
 }
 
 /// What the logs say.
@@ -170,14 +177,10 @@ pub fn characterize(logs: &[NamedLog], request: &Request) -> Result<Outcome, Err
     }
     let mut outliers = Vec::new();
     let sensor = if request.one_sensor && logs.len() > 1 {
-        let axes = pooled(logs, &healths, &options)?;
+        let axes = pool::pooled(&outcomes, &healths, &options)?;
         for axis in &axes {
-            outliers.extend(
-                axis.pooled
-                    .outliers
-                    .iter()
-                    .map(|o| note(o, &axis.axis, &outcomes)),
-            );
+            let own = axis.pooled.outliers.iter();
+            outliers.extend(own.map(|o| pool::note(o, axis, &outcomes)));
         }
         Some(axes)
     } else {
@@ -191,7 +194,7 @@ pub fn characterize(logs: &[NamedLog], request: &Request) -> Result<Outcome, Err
                     })
                     .collect();
                 for outlier in compare::fleet_outliers(&estimates) {
-                    outliers.push(note(&outlier, &name, &outcomes));
+                    outliers.push(pool::fleet_note(outlier, &name, &outcomes));
                 }
             }
         }
@@ -369,10 +372,7 @@ fn one_axis(
         estimate,
         allan,
         fit_deviation,
-        series: pieces(
-            named.log.columns.get(channel).map_or(&[], Vec::as_slice),
-            health.dt_s,
-        ),
+        series: series::pieces(own, health.duration_s),
         scatter: own.std,
     }
 }
@@ -387,35 +387,6 @@ fn unfill(curve: &mut Curve, factors: &[f64]) {
     }
 }
 
-/// A channel in at most 720 pieces.
-fn pieces(values: &[f64], dt_s: f64) -> Vec<[f64; 4]> {
-    let n = values.len();
-    let count = n.min(720);
-    (0..count)
-        .map(|i| {
-            let (from, to) = (i * n / count, (i + 1) * n / count);
-            let mut out = [
-                0.5 * (from + to) as f64 * dt_s,
-                f64::INFINITY,
-                0.0,
-                f64::NEG_INFINITY,
-            ];
-            let mut numbers = 0.0;
-            for &y in values[from..to].iter().filter(|y| y.is_finite()) {
-                out[1] = out[1].min(y);
-                out[2] += y;
-                out[3] = out[3].max(y);
-                numbers += 1.0;
-            }
-            if numbers == 0.0 {
-                return [out[0], f64::NAN, f64::NAN, f64::NAN];
-            }
-            out[2] /= numbers;
-            out
-        })
-        .collect()
-}
-
 fn axis_names(logs: &[LogOutcome]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for axis in logs.iter().flat_map(|l| &l.axes) {
@@ -424,105 +395,6 @@ fn axis_names(logs: &[LogOutcome]) -> Vec<String> {
         }
     }
     names
-}
-
-fn pooled(
-    logs: &[NamedLog],
-    healths: &[Health<'_>],
-    options: &FitOptions,
-) -> Result<Vec<SensorAxis>, Error> {
-    let dt = healths[0].dt_s;
-    for (named, health) in logs.iter().zip(healths) {
-        if (health.dt_s / dt - 1.0).abs() > 1e-3 {
-            return Err(Error::data("the logs have different rates")
-                .at(format!(
-                    "{}: {:.3} Hz; {}: {:.3} Hz",
-                    logs[0].name,
-                    1.0 / dt,
-                    named.name,
-                    1.0 / health.dt_s
-                ))
-                .advise("characterize them without --one-sensor"));
-        }
-    }
-    let names: Vec<(String, Sensor, usize)> = healths[0]
-        .channels
-        .iter()
-        .filter_map(|c| axis_of(&c.name).map(|(s, a)| (c.name.clone(), s, a)))
-        .filter(|(name, ..)| {
-            healths
-                .iter()
-                .all(|h| h.channels.iter().any(|c| c.name == *name))
-        })
-        .collect();
-    let mut axes: Vec<SensorAxis> = names
-        .into_par_iter()
-        .filter_map(|(axis, sensor, index)| {
-            let places: Vec<usize> = healths
-                .iter()
-                .filter_map(|h| h.channels.iter().position(|c| c.name == axis))
-                .collect();
-            let segments: Vec<_> = healths
-                .iter()
-                .zip(&places)
-                .map(|(h, &c)| segments_of(h, c))
-                .collect();
-            let temperatures: Vec<_> = healths
-                .iter()
-                .zip(&places)
-                .map(|(h, &c)| temperature_of(h, c))
-                .collect();
-            let data: Vec<AxisData<'_>> = segments
-                .iter()
-                .zip(&temperatures)
-                .zip(healths.iter().zip(&places))
-                .map(|((segments, temperature), (h, &c))| AxisData {
-                    segments,
-                    temperature: temperature.as_deref(),
-                    step_s: h.channels[c].step_s,
-                    lsb: h.channels[c].lsb,
-                })
-                .collect();
-            let pooled = estimate_pooled(&data, options)?;
-            Some(SensorAxis {
-                axis,
-                sensor,
-                index,
-                pooled,
-            })
-        })
-        .collect();
-    axes.sort_by_key(|a| (a.sensor.index(), a.index));
-    Ok(axes)
-}
-
-/// A probability far out in the tail: below 1e-300 an `f64` no longer tells it from zero.
-fn tail(p: f64) -> String {
-    if p < 1e-300 {
-        "p < 1e-300".to_owned()
-    } else {
-        format!("p = {}", sagnac_report::text::general(p, 2))
-    }
-}
-
-fn note(outlier: &Outlier, axis: &str, logs: &[LogOutcome]) -> OutlierNote {
-    let name = &logs[outlier.log].name;
-    let text = match (outlier.term, outlier.ratio) {
-        (Some(term), Some(ratio)) => format!(
-            "{name}: {axis} {} is {ratio:.2} times that of the others",
-            term.symbol()
-        ),
-        _ => format!(
-            "{name}: {axis} does not fit the terms of all logs ({})",
-            tail(outlier.p_value.unwrap_or(0.0))
-        ),
-    };
-    OutlierNote {
-        log: outlier.log,
-        axis: axis.to_owned(),
-        outlier: outlier.clone(),
-        text,
-    }
 }
 
 impl Outcome {
@@ -544,18 +416,13 @@ impl Outcome {
         model_file::model(self)
     }
 
+    /// What is said of the logs that differ: a sentence a log, with the axes that it concerns.
+    pub fn differences(&self) -> Vec<String> {
+        pool::sentences(self)
+    }
+
     /// The page of the report.
     pub fn to_page(&self, facts: &PageFacts) -> sagnac_report::html::CharacterizePage {
         page::page(self, facts)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn a_probability_that_no_number_holds_is_a_limit() {
-        assert_eq!(super::tail(0.0), "p < 1e-300");
-        assert_eq!(super::tail(3.06e-12), "p = 3.1e-12");
-        assert_eq!(super::tail(0.000_42), "p = 0.00042");
     }
 }

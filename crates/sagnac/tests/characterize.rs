@@ -88,3 +88,127 @@ fn a_short_log_is_not_said_to_move() {
         assert!(outcome.issues.iter().any(|i| i.kind.name() == "short"));
     }
 }
+
+/// Gyro axes at 100 Hz of uniform noise, its sizes in rad/s by axis, with the rows that `keep` keeps.
+fn gyros(seed: u64, sizes: &[f64], rows: usize, keep: impl Fn(usize) -> bool) -> String {
+    let mut state = seed;
+    let mut text = String::from("time [s]");
+    for axis in ["x", "y", "z"].iter().take(sizes.len()) {
+        text += &format!(",gyro_{axis} [rad/s]");
+    }
+    for k in 0..rows {
+        let mut row = format!("\n{}", k as f64 / 100.0);
+        for size in sizes {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let y = ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * size;
+            row += &format!(",{y}");
+        }
+        if keep(k) {
+            text += &row;
+        }
+    }
+    text + "\n"
+}
+
+fn named(name: &str, text: String) -> NamedLog {
+    let mut reader = open(Source::memory(name, text.into()), &ReadOptions::default()).unwrap();
+    NamedLog {
+        name: name.to_owned(),
+        log: Log::read(&mut *reader).unwrap(),
+    }
+}
+
+#[test]
+fn one_log_that_differs_is_named_once_and_left_out() {
+    let run = |k: u64, size: f64| {
+        let name = format!("run{k}.csv");
+        named(&name, gyros(31 + k, &[size, 1.0, size], 6000, |_| true))
+    };
+    let logs: Vec<NamedLog> = (0..5)
+        .map(|k| run(k, if k == 3 { 2.0 } else { 1.0 }))
+        .collect();
+    let request = Request {
+        one_sensor: true,
+        ..Request::default()
+    };
+    let outcome = characterize(&logs, &request).unwrap();
+    let named: Vec<(usize, &str)> = outcome
+        .outliers
+        .iter()
+        .map(|o| (o.log, o.axis.as_str()))
+        .collect();
+    assert_eq!(named, [(3, "gyro_x"), (3, "gyro_z")]);
+    let said = outcome.differences();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("run3.csv: gyro_x, gyro_z differ"),
+        "{said:?}"
+    );
+    // What the others have, which the fifth would draw up by a quarter: uniform noise of 1 rad/s has σ = 1/√12.
+    for (axis, runs) in outcome.sensor.unwrap().iter().zip([4, 5, 4]) {
+        let white = axis.pooled.white.value.unwrap();
+        assert!(
+            (white / (0.01_f64 / 12.0).sqrt() - 1.0).abs() < 0.02,
+            "{white}"
+        );
+        assert_eq!(axis.runs, runs);
+    }
+    // Two that differ have nobody to differ from: both stay.
+    let two = characterize(&logs[3..], &request).unwrap();
+    assert_eq!(two.differences().len(), 2);
+    assert!(two.sensor.unwrap().iter().all(|a| a.runs == 2));
+    // Different sensors: the one that differs, once.
+    let fleet = characterize(&logs, &Request::default()).unwrap();
+    let said = fleet.differences();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("run3.csv: N of gyro_x, gyro_z is "),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn the_time_series_leaves_gaps_open() {
+    let keep = |k: usize| !(5000..12_000).contains(&k);
+    let log = named("gap.csv", gyros(7, &[1.0], 20_000, keep));
+    let outcome = characterize(&[log], &Request::default()).unwrap();
+    let page = outcome.to_page(&PageFacts::default());
+    let panel = &page.logs[0].series[0][0];
+    let drawn = |from: f64, to: f64| {
+        let times = panel.time_s.iter().zip(&panel.mean);
+        times
+            .filter(|(t, y)| y.is_finite() && **t > from && **t < to)
+            .count()
+    };
+    assert_eq!(drawn(50.0, 120.0), 0);
+    assert!(drawn(0.0, 50.0) > 170 && drawn(120.0, 200.0) > 280);
+    let at = panel.time_s.iter().position(|t| *t > 60.0).unwrap();
+    assert!(panel.mean[at].is_nan(), "the curve is joined over the gap");
+    assert!(panel.time_s.windows(2).all(|w| w[0] < w[1]));
+}
+
+#[test]
+fn a_gauss_markov_term_is_drawn_beside_the_others() {
+    // A random walk that returns in 2 s, of σ = 1 rad/s, under white noise of 0.1 rad/s.
+    let mut state = 0.0;
+    let mut text = String::from("time [s],gyro_x [rad/s]\n");
+    let noise = gyros(5, &[1.0, 1.0], 40_000, |_| true);
+    let keep = (-0.01_f64 / 2.0).exp();
+    for line in noise.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        let unit = 12.0_f64.sqrt();
+        state = keep * state + (1.0 - keep * keep).sqrt() * unit * cells[1];
+        text += &format!("{},{}\n", cells[0], state + 0.1 * unit * cells[2]);
+    }
+    let outcome = characterize(&[named("gm.csv", text)], &Request::default()).unwrap();
+    let page = outcome.to_page(&PageFacts::default());
+    let panel = &page.logs[0].allan[0][0];
+    let term = panel.terms.iter().find(|t| t.symbol == "GM").unwrap();
+    assert!(term.label.contains("T_c"), "{}", term.label);
+    // The hump of a Gauss–Markov process is 0.617 σ, at 1.89 T_c.
+    let top = term.deviation.iter().copied().fold(0.0, f64::max);
+    let sigma = 1.0_f64.to_degrees() * 3600.0;
+    assert!((top / (0.617 * sigma) - 1.0).abs() < 0.15, "{top} {sigma}");
+}

@@ -102,7 +102,7 @@ pub struct HealthOptions {
     pub moving: bool,
 }
 
-/// Listed of one kind at most; the last one says how many more there are.
+/// Listed of one kind at most; the last one of a channel says how many more it has.
 const MOST_OF_A_KIND: usize = 100;
 
 /// Checks a log and cleans it.
@@ -225,7 +225,7 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     for i in issues.iter_mut().filter(|i| i.end_s < i.start_s) {
         (i.start_s, i.end_s) = (i.end_s, i.start_s);
     }
-    let issues = limit(merge(issues, dt), clock.absolute(0));
+    let issues = limit(&merge(issues, dt), clock.absolute(0));
     Ok(Health {
         dt_s: dt,
         first_s: clock.absolute(0),
@@ -332,25 +332,32 @@ fn merge(mut issues: Vec<Issue>, dt_s: f64) -> Vec<Issue> {
     out
 }
 
-fn limit(issues: Vec<Issue>, first_s: f64) -> Vec<Issue> {
+/// At most [`MOST_OF_A_KIND`] of a kind, shared among its channels so that each is named.
+fn limit(issues: &[Issue], first_s: f64) -> Vec<Issue> {
     let mut out: Vec<Issue> = Vec::with_capacity(issues.len());
-    // How many of a kind are not listed, and where they end.
-    let mut more = (0_usize, 0.0_f64);
-    let mut seen = 0_usize;
-    let mut kind = None;
-    for issue in issues {
-        if kind != Some(issue.kind) {
-            say_more(&mut out, more);
-            (kind, seen, more) = (Some(issue.kind), 0, (0, 0.0));
+    // Sorted by kind and channel.
+    for of_kind in issues.chunk_by(|a, b| a.kind == b.kind) {
+        let channels: Vec<&[Issue]> = of_kind.chunk_by(|a, b| a.channel == b.channel).collect();
+        let mut counts: Vec<usize> = channels.iter().map(|c| c.len()).collect();
+        counts.sort_unstable();
+        // Channels with few findings leave their share to the others.
+        let (mut room, mut share) = (MOST_OF_A_KIND, usize::MAX);
+        for (k, &count) in counts.iter().enumerate() {
+            let each = (room / (counts.len() - k)).max(1);
+            if count > each {
+                share = each;
+                break;
+            }
+            room = room.saturating_sub(count);
         }
-        seen += 1;
-        if seen <= MOST_OF_A_KIND {
-            out.push(issue);
-        } else {
-            more = (more.0 + 1, more.1.max(issue.end_s - first_s));
+        for channel in channels {
+            let listed = channel.len().min(share);
+            let (shown, rest) = channel.split_at(listed);
+            out.extend_from_slice(shown);
+            let end_s = rest.iter().map(|i| i.end_s - first_s).fold(0.0, f64::max);
+            say_more(&mut out, (rest.len(), end_s));
         }
     }
-    say_more(&mut out, more);
     out
 }
 

@@ -277,7 +277,7 @@ fn write_log(log: &LogReport, suffix: &str, with_switch: bool, out: &mut String)
         .series
         .iter()
         .flatten()
-        .map(|p| p.time_s.len())
+        .map(SeriesPanel::pieces)
         .max()
         .unwrap_or(0);
     let mut series = Section::new(

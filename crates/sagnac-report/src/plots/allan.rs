@@ -157,6 +157,12 @@ fn draw(panel: &AllanPanel, x: Scale, y: Scale, name_curves: bool) -> crate::svg
             "B" => (first, 200.0),
             "Q" => (first, 60.0),
             "K" | "R" => (last, 120.0),
+            // The top of its hump.
+            "GM" => {
+                let points = tau.iter().copied().zip(deviation.iter().copied());
+                let top = points.max_by(|a, b| a.1.total_cmp(&b.1));
+                (top.unwrap_or(last), 270.0)
+            }
             _ => (middle(&tau, &deviation), 90.0),
         };
         asks.push((

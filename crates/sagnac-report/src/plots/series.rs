@@ -28,6 +28,19 @@ pub struct SeriesPanel {
     pub findings_s: Vec<(f64, f64)>,
 }
 
+impl SeriesPanel {
+    /// How many pieces the log is parted in, those in gaps counted.
+    pub fn pieces(&self) -> usize {
+        let mut steps: Vec<f64> = self.time_s.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.retain(|s| *s > 0.0);
+        steps.sort_by(f64::total_cmp);
+        let usual = steps.get(steps.len() / 2);
+        usual.map_or(self.time_s.len(), |s| {
+            (self.duration_s / s).round() as usize
+        })
+    }
+}
+
 /// The panels of one sensor, each on its own range but of equal length.
 pub fn series_panels(panels: &[SeriesPanel]) -> Vec<Figure> {
     // Equal scales within a sensor: one length, centered on each axis's own middle.
@@ -97,7 +110,23 @@ fn draw(panel: &SeriesPanel, y: Scale) -> crate::svg::Svg {
             || !panel.min.get(i).is_some_and(|v| v.is_finite())
             || !panel.max.get(i).is_some_and(|v| v.is_finite());
         if broken {
-            if i > start + 1 {
+            if i == start + 1 {
+                // A piece between two gaps has no length of its own.
+                let half = panel.duration_s / unit_s / 1440.0;
+                let twice = |v: &[f64]| v.get(start).map_or(Vec::new(), |&v| vec![v; 2]);
+                let alone = [time[start] - half, time[start] + half];
+                plot.band(
+                    &alone,
+                    &twice(&panel.min),
+                    &twice(&panel.max),
+                    Ink::class("e").series("envelope"),
+                );
+                plot.curve(
+                    &alone,
+                    &twice(&panel.mean),
+                    Ink::class("s").series("measured"),
+                );
+            } else if i > start + 1 {
                 plot.band(
                     &time[start..i],
                     &panel.min[start..i],

@@ -3,7 +3,7 @@
 use super::page_words::{facts, file_name, limits, overview, rich_verdict};
 use super::text::{findings, probability, shown, shown_sensor};
 use super::{AxisOutcome, LogOutcome, Outcome, key_of};
-use sagnac_analysis::fit::{Estimate, NoiseTerms, Status, Term};
+use sagnac_analysis::fit::{Estimate, GaussMarkovEstimate, NoiseTerms, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_report::html::{
     CharacterizePage, Input, LogReport, ParameterCell, ParameterRow, Rich, page_text,
@@ -49,8 +49,7 @@ pub(super) fn page(outcome: &Outcome, facts_of: &PageFacts) -> CharacterizePage 
             [one] => rich_verdict(one),
             _ if outcome.outliers.is_empty() => Rich::new().bold("No log differs from the others."),
             _ => {
-                let texts: Vec<&str> = outcome.outliers.iter().map(|o| o.text.as_str()).collect();
-                Rich::new().plain(format!("{}.", texts.join(". ")))
+                Rich::new().plain(format!("{}.", outcome.differences().join(". ")))
             }
         },
         facts: outcome.logs.first().filter(|_| outcome.logs.len() == 1).map(facts).unwrap_or_default(),
@@ -257,6 +256,8 @@ pub(crate) fn allan(axis: &AxisOutcome, sensor: Sensor) -> Option<AllanPanel> {
             };
             terms.extend(term_line(sensor, term, estimate, &curve.tau_s, unit));
         }
+        let markov = e.gauss_markov.iter();
+        terms.extend(markov.filter_map(|g| markov_line(sensor, g, &curve.tau_s, unit)));
     }
     Some(AllanPanel {
         axis: axis.axis.clone(),
@@ -310,6 +311,32 @@ fn term_line(
             .map(|&t| alone.allan_variance(t).sqrt() * unit.per_si)
             .collect(),
         upper_limit: limit,
+    })
+}
+
+/// The Allan deviation of a Gauss–Markov term that was seen.
+fn markov_line(
+    sensor: Sensor,
+    g: &GaussMarkovEstimate,
+    tau_s: &[f64],
+    unit: Unit,
+) -> Option<AllanTerm> {
+    let (sigma, time_s) = (g.sigma.value?, g.correlation_time_s.value?);
+    let alone = NoiseTerms {
+        gauss_markov: vec![(sigma, time_s)],
+        ..NoiseTerms::default()
+    };
+    let own = Unit::of_term(shown_sensor(sensor), "gauss_markov");
+    let value = shown(&g.sigma).scaled(own.per_si).text().value;
+    let time = shown(&g.correlation_time_s).text().value;
+    Some(AllanTerm {
+        symbol: "GM".to_owned(),
+        label: format!("σ {value} {}, T_c {time} s", own.page),
+        deviation: tau_s
+            .iter()
+            .map(|&t| alone.allan_variance(t).sqrt() * unit.per_si)
+            .collect(),
+        upper_limit: false,
     })
 }
 

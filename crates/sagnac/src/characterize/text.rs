@@ -39,14 +39,14 @@ pub(super) fn outcome(outcome: &Outcome) -> Document {
     }
     if let Some(axes) = &outcome.sensor {
         for sensor in Sensor::ALL {
-            pooled_table(axes, sensor, outcome.logs.len(), &mut out);
+            pooled_table(axes, sensor, &mut out);
         }
         out.blank();
-        if outcome.logs.len() < 8 {
+        let runs = axes.iter().map(|a| a.runs).min().unwrap_or(0);
+        if runs < 8 {
             out.note(format!(
-                "{} runs know a run-to-run bias to a factor of about {} only.",
-                outcome.logs.len(),
-                match outcome.logs.len() {
+                "{runs} runs know a run-to-run bias to a factor of about {} only.",
+                match runs {
                     2 => "70",
                     3 => "12",
                     4 => "7",
@@ -79,20 +79,24 @@ fn overview(outcome: &Outcome, out: &mut Document) {
     if outcome.outliers.is_empty() {
         out.paragraph(format!("{n} {what}; none differs from the others."));
     } else {
-        let mut names: Vec<&str> = outcome
-            .outliers
-            .iter()
-            .map(|o| outcome.logs[o.log].name.as_str())
+        let named = |log: &usize| outcome.outliers.iter().any(|o| o.log == *log);
+        let names: Vec<&str> = (0..n)
+            .filter(named)
+            .map(|log| outcome.logs[log].name.as_str())
             .collect();
-        names.dedup();
+        let differ = match names.len() {
+            1 => "differs from the others",
+            all if all == n => "have no terms in common",
+            _ => "differ from the others",
+        };
         out.verdict(
             Role::Warning,
-            format!("{n} {what}; {} differs from the others.", names.join(", ")),
+            format!("{n} {what}; {} {differ}.", names.join(", ")),
         );
     }
     out.blank();
-    for o in &outcome.outliers {
-        out.warning(o.text.clone());
+    for sentence in outcome.differences() {
+        out.warning(sentence);
     }
 }
 
@@ -292,7 +296,7 @@ fn row(table: &mut Table, name: &str, unit: Unit, cells: &[Estimate]) {
     table.row(texts);
 }
 
-fn pooled_table(axes: &[SensorAxis], sensor: Sensor, logs: usize, out: &mut Document) {
+fn pooled_table(axes: &[SensorAxis], sensor: Sensor, out: &mut Document) {
     let axes: Vec<&SensorAxis> = axes.iter().filter(|a| a.sensor == sensor).collect();
     if axes.is_empty() {
         return;
@@ -329,7 +333,6 @@ fn pooled_table(axes: &[SensorAxis], sensor: Sensor, logs: usize, out: &mut Docu
         Unit::of_term(shown_as, "mean"),
         &stability,
     );
-    let _ = logs;
     out.blank();
     out.table(table);
 }
@@ -499,6 +502,10 @@ pub(super) fn findings(log: &LogOutcome) -> Vec<Finding> {
         let place = groups.iter_mut().find(|g| {
             let head = g[0];
             head.kind == issue.kind
+                // Numbers that are none are told a channel each, but where all lose the same.
+                && (issue.kind != IssueKind::Nan
+                    || (head.start_s, head.end_s, &head.text)
+                        == (issue.start_s, issue.end_s, &issue.text))
                 && sensor(head).is_some()
                 && sensor(head) == sensor(issue)
                 && (issue.kind == IssueKind::Line
