@@ -31,7 +31,11 @@ fn temperatures_outside_the_stated_range_are_told_and_flagged() {
         ],
         "temperature",
     );
-    said(folder.path(), &CORRECT, "outside the model's validity");
+    said(
+        folder.path(),
+        &CORRECT,
+        "outside the temperature range of the model",
+    );
     let flags = flags(&folder.path().join("out.csv"));
     assert_eq!((flags[6], flags[7], flags[8]), (0, 4, 0));
 }

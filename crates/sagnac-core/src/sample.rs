@@ -76,6 +76,6 @@ pub mod flags {
     /// Outside validity: the model or this sample is outside the convergence bound, the
     /// solution left the box, or the temperature is beyond −40…85 °C where none is stated.
     pub const OUTSIDE_VALIDITY: u32 = 8;
-    /// A value that is needed is not finite; the result is NaN.
+    /// A value that is needed, or the result, is not finite; the result is NaN.
     pub const NOT_FINITE: u32 = 16;
 }

@@ -123,6 +123,68 @@ fn blocks_equal_single_samples_bit_for_bit() {
     }
 }
 
+/// What the rounds make of readings far outside is a number, or NaN with its flag, in both forms.
+#[test]
+fn results_that_are_no_numbers_are_flagged() {
+    fn check<T: Real>(model: &SensorModel<f64>, huge: f64) -> u32 {
+        let inverse = Compensation::new(&model.convert::<T>(), T::from_f64(0.01)).unwrap();
+        let n = 70;
+        let mut gyro = [0; 3].map(|_| vec![T::from_f64(0.1); n]);
+        let mut accel = [0; 3].map(|_| vec![T::from_f64(1.0); n]);
+        gyro[0][40] = T::from_f64(huge);
+        accel[2][50] = T::from_f64(-huge);
+        let new = || [0; 3].map(|_| vec![T::ZERO; n]);
+        let (mut w, mut f, mut flags) = (new(), new(), vec![0; n]);
+        let ([gx, gy, gz], [ax, ay, az]) = (&mut w, &mut f);
+        inverse.correct_block(
+            &ReadingBlock {
+                gyro: slices(&gyro),
+                accel: slices(&accel),
+                gyro_rate: None,
+                temperature_c: None,
+            },
+            &mut CorrectedBlock {
+                gyro: [gx, gy, gz],
+                accel: [ax, ay, az],
+                flags: &mut flags,
+            },
+        );
+        for i in 0..n {
+            let at = |c: &[Vec<T>; 3]| [c[0][i], c[1][i], c[2][i]];
+            let back = inverse.correct(&Reading {
+                gyro: at(&gyro),
+                accel: at(&accel),
+                gyro_rate: [T::ZERO; 3],
+                temperature_c: T::from_f64(model.reference_temperature_c),
+            });
+            assert_eq!(
+                (bits(back.gyro), bits(back.accel), back.flags),
+                (bits(at(&w)), bits(at(&f)), flags[i])
+            );
+            let is_finite = |v: [T; 3]| v.iter().all(|x| x.is_finite());
+            for triad in [back.gyro, back.accel] {
+                assert!(is_finite(triad) || bits(triad) == [u64::MAX; 3]);
+            }
+            let is_whole = is_finite(back.gyro) && is_finite(back.accel);
+            assert_eq!(is_whole, back.flags & sagnac_core::flags::NOT_FINITE == 0);
+        }
+        flags[40] & flags[50]
+    }
+    let mut cubic = SensorModel::default();
+    cubic.gyro.nonlinearity.cubic = [1e-4; 3];
+    cubic.accel.nonlinearity.cubic = [1e-6; 3];
+    assert_eq!(check::<f64>(&cubic, 1e200), 8 | 16);
+    assert_eq!(check::<f32>(&cubic, 1e30), 8 | 16);
+    let mut rng = Rng::new(8);
+    for _ in 0..40 {
+        let model = random_model(&mut rng);
+        if common::random::inside(&model) {
+            check::<f64>(&model, 1e200);
+            check::<f32>(&model, 1e30);
+        }
+    }
+}
+
 #[test]
 fn the_shortest_channel_counts() {
     let inverse = Compensation::new(&SensorModel::<f64>::default(), 0.01).unwrap();

@@ -160,7 +160,7 @@ const RESONANCES: &[&str] = &["noise", "resonances"];
 /// Every key that holds numbers, in the order of the contract.
 pub(crate) const LEAVES: &[Leaf] = &[
     axes(&[], "range", OUTPUT, Sign::Positive),
-    axes(&[], "resolution", OUTPUT, Sign::NotNegative),
+    axes(&[], "resolution", OUTPUT, Sign::Positive),
     axes(&[], "bandwidth", FREQUENCY, Sign::Positive),
     axes(BIAS, "fixed", OUTPUT, Sign::Any),
     of_kind(Kind::Powers, axes(BIAS, "temperature", OUTPUT, Sign::Any)),

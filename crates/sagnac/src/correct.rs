@@ -106,8 +106,8 @@ pub fn correct(
     })?;
     if let Some(bound) = inverse.bound().filter(|bound| !bound.is_inside()) {
         outcome.warnings.push(format!(
-            "the model is outside the convergence bound (q = {}): every sample is flagged",
-            general(bound.q, 3)
+            "the model is outside the convergence bound ({}): every sample is flagged",
+            rows::stated("q", "=", bound.q)
         ));
     }
     let has_flags =

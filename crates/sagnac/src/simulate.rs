@@ -23,7 +23,7 @@ use sagnac_report::text::{duration, general};
 use serde_json::{Value, json};
 
 use crate::Error;
-use run::{Recipe, Run};
+use run::{OutsideRange, Recipe, Run};
 use source::{LogSource, Peeked, Plan, TrajectorySource, TruthRows, TruthSource};
 
 /// The flicker's slow end where the length of the input is not known: that of a day.
@@ -31,6 +31,12 @@ const UNKNOWN_LENGTH_S: f64 = 86_400.0;
 
 /// More samples than a run of a day gives on any machine of today.
 const MOST_SAMPLES: f64 = 1e12;
+
+/// Samples further apart than this, s, are means over several steps of the motion.
+const STEP_S: f64 = 0.02;
+
+/// As many steps as some minutes give, in which a slow rate would show no progress.
+const MOST_STEPS: f64 = 5e8;
 
 /// Gives the truth log from its start, every time it is called.
 pub type OpenLog<'a> = Box<dyn FnMut() -> Result<Box<dyn LogReader>, Error> + 'a>;
@@ -173,6 +179,7 @@ pub fn simulate(
     let (plan, channels) = plan(&mut request, &mut outcome)?;
     let layouts = layouts(&plan, &channels, &request);
     let core = model.to_core()?;
+    words::check_increments(model, &core, plan.dt_s())?;
     let recipe = Recipe {
         core,
         terms: request.terms,
@@ -187,7 +194,7 @@ pub fn simulate(
         .samples
         .map(|samples| samples * u64::from(request.runs));
     let mut clipped = std::collections::BTreeMap::<String, (u64, f64)>::new();
-    let (mut done, mut outside, mut clock) = (0, 0, None);
+    let (mut done, mut outside, mut clock) = (0, Vec::<OutsideRange>::new(), None);
     for run in 1..=request.runs {
         let mut state = Run::new(model, &recipe, run)?;
         let mut sinks = open_sinks(run, &layouts)?;
@@ -232,7 +239,14 @@ pub fn simulate(
                 .notes
                 .extend(said.map(|note| format!("the truth: {note}")));
         }
-        outside += state.too_cold_or_hot;
+        // Every run has the same ranges.
+        if outside.is_empty() {
+            outside.append(&mut state.too_cold_or_hot);
+        } else {
+            for (all, of_run) in outside.iter_mut().zip(&state.too_cold_or_hot) {
+                all.count += of_run.count;
+            }
+        }
         for (name, count, limit) in state.clipped().filter(|(_, count, _)| *count > 0) {
             clipped.entry(name).or_insert((0, limit)).0 += count;
         }
@@ -241,7 +255,7 @@ pub fn simulate(
     outcome.notes.dedup();
     outcome.rate_hz = plan.rate_hz;
     outcome.duration_s = outcome.samples as f64 / plan.rate_hz;
-    words::warn_of_samples(model, clipped, outside, clock.as_ref(), &mut outcome);
+    words::warn_of_samples(model, clipped, &outside, clock.as_ref(), &mut outcome);
     words::describe(&request, &recipe, &mut outcome);
     Ok(outcome)
 }
@@ -346,6 +360,17 @@ fn plan(
                     general(samples * 7.0 * 8.0 / 1e12, 3)
                 ))
                 .advise("shorten the run or lower --rate"));
+            }
+            let steps = *duration_s / STEP_S;
+            if samples < steps && steps > MOST_STEPS && !trajectory.is_rest() {
+                return Err(Error::usage(format!(
+                    "{} of `{}` are {} steps of {} ms, in which the motion is integrated whatever the rate: that would take too long",
+                    duration(*duration_s),
+                    trajectory.name(),
+                    general(steps, 3),
+                    general(STEP_S * 1e3, 3)
+                ))
+                .advise(format!("shorten the run to {}", duration(MOST_STEPS * STEP_S))));
             }
             if samples < 1.0 {
                 return Err(Error::usage(format!(

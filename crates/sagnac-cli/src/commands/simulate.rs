@@ -356,6 +356,11 @@ fn terms(text: &str) -> Result<TermSet, Error> {
     text.split(',')
         .map(str::trim)
         .try_fold(TermSet::NONE, |set, name| {
+            if set.has(name) {
+                return Err(Error::usage(format!("`{name}` stands twice"))
+                    .at(format!("--noise {text}"))
+                    .advise("name each random term once"));
+            }
             set.with(name).ok_or_else(|| {
                 let near = sagnac::model::suggest(name, TermSet::NAMES.iter().copied());
                 Error::usage(format!("there is no random term `{name}`"))

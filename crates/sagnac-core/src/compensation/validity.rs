@@ -26,7 +26,9 @@ impl<T: Real> Plain<T> {
         saturated: &[[T; 3]; 2],
         model_range_c: Option<[T; 2]>,
     ) -> Option<Self> {
-        if !(bound.is_inside() && bound.limit.iter().all(|limit| limit.is_finite())) {
+        // `force` bounds the size effect: within finite limits no result leaves the numbers.
+        let limits = [bound.limit[0], bound.limit[1], bound.force];
+        if !(bound.is_inside() && limits.iter().all(|limit| limit.is_finite())) {
             return None;
         }
         let mut temperature_c = None;
@@ -84,7 +86,7 @@ impl<T: Real> Plain<T> {
 }
 
 impl<T: Real> Compensation<T> {
-    /// The flags of each sample; results of which a needed value is not finite become NaN.
+    /// The flags of each sample; results that are not finite, or of which a needed value is not, become NaN.
     #[inline(always)]
     pub(super) fn flag<const N: usize>(&self, input: &Lanes<'_, T, N>, work: &mut Work<T, N>) {
         if let Some(plain) = &self.plain
@@ -150,6 +152,8 @@ impl<T: Real> Compensation<T> {
                 |v: [T; 3], u: T| (v[0].abs() <= u) & (v[1].abs() <= u) & (v[2].abs() <= u);
             let in_box = (!gyro_ok | within(w, limit[0][i]))
                 & (!accel_ok | (within(sensed, limit[1][i]) & within(tangential, limit[1][i])));
+            // Far outside, the rounds may run off to infinity from values that are all finite.
+            let (gyro_ok, accel_ok) = (gyro_ok & finite(w), accel_ok & finite(f));
             let full = |v: [T; 3], edge: [T; 3]| {
                 (v[0].abs() >= edge[0]) | (v[1].abs() >= edge[1]) | (v[2].abs() >= edge[2])
             };

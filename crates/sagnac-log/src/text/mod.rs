@@ -88,8 +88,12 @@ impl TextTable {
                 .push(format!("{n} line{s} before the table skipped"));
         }
         if got < SAMPLE && dialect.body_start >= sample.len() {
-            return Err(Error::data("the log has a header and no rows")
-                .advise("look at what recorded it, or copy it again"));
+            let what = if dialect.has_header {
+                "the log has a header and no rows"
+            } else {
+                "the log is empty"
+            };
+            return Err(Error::data(what).advise("look at what recorded it, or copy it again"));
         }
         let notes = layout.notes.len();
         Ok(Self {

@@ -70,7 +70,7 @@ typedef struct {{
 
 /* The corrected reading: rad/s, m/s^2, and the sum of
    1 gyro saturated, 2 accelerometer saturated, 4 temperature outside the stated range,
-   8 outside validity, 16 a value that is needed is not finite (the result is NaN). */
+   8 outside validity, 16 a value that is needed, or the result, is not finite (the result is NaN). */
 typedef struct {{
     {real} gyro[3];
     {real} accel[3];
@@ -581,13 +581,10 @@ fn function<T: Real>(plan: &Plan<T>, out: &mut String) {
                 out.push_str("            rest[k] -= g_sensitivity[3 * k] * f[0] + g_sensitivity[3 * k + 1] * f[1] + g_sensitivity[3 * k + 2] * f[2];\n");
             }
             if plan.has_h() {
-                out.push_str(
-                    "            {
-                const real *h = &g2_sensitivity[6 * k];
-                rest[k] -= h[0] * (f[0] * f[0]) + h[1] * (f[1] * f[1]) + h[2] * (f[2] * f[2]);
-                rest[k] -= h[3] * (f[0] * f[1]) + h[4] * (f[0] * f[2]) + h[5] * (f[1] * f[2]);
-            }
-",
+                let terms = plan.g2_terms("                ");
+                let _ = write!(
+                    out,
+                    "            {{\n                const real *h = &g2_sensitivity[6 * k];\n{terms}            }}\n"
                 );
             }
             if n_g {

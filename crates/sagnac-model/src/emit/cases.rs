@@ -82,13 +82,15 @@ pub(super) fn cases<T: Real>(model: &SensorModel<T>, inverse: &Compensation<T>) 
         ..Truth::default()
     };
     let rest = forward.corrupt(&still);
-    let changes: [fn(&mut Reading<T>, f64, f64); 6] = [
+    let changes: [fn(&mut Reading<T>, f64, f64); 8] = [
         |raw, rate, _| raw.gyro[0] = T::from_f64(rate),
         |raw, _, force| raw.accel[2] = T::from_f64(-force),
         |raw, _, _| raw.temperature_c = T::from_f64(150.0),
         |raw, _, _| raw.gyro[1] = T::NAN,
         |raw, _, _| raw.accel[0] = T::INFINITY,
         |raw, _, _| raw.temperature_c = T::NAN,
+        |raw, _, _| raw.gyro[0] = T::from_f64(1e30),
+        |raw, _, _| raw.accel[1] = T::from_f64(-1e30),
     ];
     for change in changes {
         let mut raw = rest;

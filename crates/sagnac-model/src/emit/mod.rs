@@ -230,6 +230,30 @@ impl<T: Real> Plan<T> {
         self.model.gyro_g2_sensitivity.is_present()
     }
 
+    /// H q(f), the same in both languages; as in the library a part that is absent is left out,
+    /// since 0 times an infinite square is no number.
+    fn g2_terms(&self, indent: &str) -> String {
+        let rows = &self.model.gyro_g2_sensitivity.matrix;
+        let any = |from: usize| {
+            let part = rows.iter().flat_map(|row| row.iter().skip(from).take(3));
+            part.into_iter().any(|h| *h != T::ZERO)
+        };
+        let mut out = String::new();
+        if any(0) {
+            let _ = writeln!(
+                out,
+                "{indent}rest[k] -= h[0] * (f[0] * f[0]) + h[1] * (f[1] * f[1]) + h[2] * (f[2] * f[2]);"
+            );
+        }
+        if any(3) {
+            let _ = writeln!(
+                out,
+                "{indent}rest[k] -= h[3] * (f[0] * f[1]) + h[4] * (f[0] * f[2]) + h[5] * (f[1] * f[2]);"
+            );
+        }
+        out
+    }
+
     fn has_offset(&self) -> bool {
         self.model.accel_axis_offset.is_present()
     }

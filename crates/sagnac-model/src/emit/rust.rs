@@ -79,7 +79,7 @@ pub struct Corrected {{
     /// m/s^2
     pub accel: [{p}; 3],
     /// 1 gyro saturated, 2 accelerometer saturated, 4 temperature outside the stated range,
-    /// 8 outside validity, 16 a value that is needed is not finite (the result is NaN).
+    /// 8 outside validity, 16 a value that is needed, or the result, is not finite (the result is NaN).
     pub flags: u32,
 }}
 
@@ -451,12 +451,8 @@ fn function<T: Real>(plan: &Plan<T>, out: &mut String) {
                 out.push_str("            let g = &G_SENSITIVITY[k];\n            rest[k] -= g[0] * f[0] + g[1] * f[1] + g[2] * f[2];\n");
             }
             if plan.has_h() {
-                out.push_str(
-                    "            let h = &G2_SENSITIVITY[k];
-            rest[k] -= h[0] * (f[0] * f[0]) + h[1] * (f[1] * f[1]) + h[2] * (f[2] * f[2]);
-            rest[k] -= h[3] * (f[0] * f[1]) + h[4] * (f[0] * f[2]) + h[5] * (f[1] * f[2]);
-",
-                );
+                let terms = plan.g2_terms("            ");
+                let _ = write!(out, "            let h = &G2_SENSITIVITY[k];\n{terms}");
             }
             if n_g {
                 out.push_str("            rest[k] -= nonlinear(w[k], GYRO_QUADRATIC[k], GYRO_CUBIC[k], GYRO_ASYMMETRY[k]);\n");
@@ -506,7 +502,6 @@ fn flags_of<T: Real>(plan: &Plan<T>, out: &mut String) {
     if couples {
         out.push_str("    let gyro_ok = gyro_ok && accel_ok;\n");
     }
-    out.push_str("    if !(gyro_ok && accel_ok) {\n        flags |= 16;\n    }\n");
     for (sensor, bit) in [(Sensor::Gyro, 1), (Sensor::Accel, 2)] {
         let key = sensor.key();
         for (axis, edge) in plan.inverse.saturation(sensor).iter().enumerate() {
@@ -593,6 +588,13 @@ fn flags_of<T: Real>(plan: &Plan<T>, out: &mut String) {
     boxed = boxed && (!accel_ok || (are_within(sensed, limit_a){tangential}));
     if !boxed {{
         flags |= 8;
+    }}
+
+    // 16 as well where the rounds ran off to infinity.
+    let gyro_ok = gyro_ok && are_within(w, {p}::MAX);
+    let accel_ok = accel_ok && are_within(f, {p}::MAX);
+    if !(gyro_ok && accel_ok) {{
+        flags |= 16;
     }}
 "
     );

@@ -143,13 +143,18 @@ fn resolution(reader: &Reader, table: &Node, sensor: Sensor, model: &Model) -> R
         return Ok(());
     };
     let triad = core.triad(sensor);
-    let is_rate = triad.resolution.output == Output::Rate;
+    // Increments go in steps of LSB/dt; without a rate nothing is known of them.
+    let (per_lsb, at) = match (triad.resolution.output, model.sample_rate_hz()) {
+        (Output::Rate, _) => (1.0, ""),
+        (Output::Increment, Some(rate_hz)) => (rate_hz, " at the model's sample_rate"),
+        (Output::Increment, None) => return Ok(()),
+    };
     let mut pairs = triad.resolution.lsb.iter().zip(&triad.range.limit);
-    if is_rate && pairs.any(|(lsb, limit)| lsb > limit) {
+    if pairs.any(|(lsb, limit)| lsb * per_lsb > *limit) {
         return Err(reader.in_table(
             member.line,
             sensor.key(),
-            "the resolution is coarser than the range: every output would be 0".to_owned(),
+            format!("the resolution is coarser than the range{at}: every output would be 0"),
             Some("look for a wrong unit in `resolution` or `range`".to_owned()),
         ));
     }

@@ -94,6 +94,20 @@ impl Reader<'_> {
             .ok_or_else(|| self.expected(node, path, "a text", "\"MEMS\""))
     }
 
+    /// The model's name, which every command prints: a control character in it would rule the terminal.
+    fn name(&self, node: &Node) -> Result<String, Error> {
+        let name = self.text(node, "name")?;
+        match name.chars().find(|c| c.is_control()) {
+            Some(c) => Err(self.at_value(
+                node.line,
+                "name",
+                format!("the name holds a control character, U+{:04X}", u32::from(c)),
+                Some("write the name as plain text of one line".to_owned()),
+            )),
+            None => Ok(name),
+        }
+    }
+
     fn table<'n>(&self, node: &'n Node, path: &str) -> Result<&'n [Member], Error> {
         node.table()
             .ok_or_else(|| self.expected(node, path, "a table", &format!("[{path}]")))

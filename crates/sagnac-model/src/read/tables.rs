@@ -34,7 +34,7 @@ pub(super) fn root(reader: &Reader, node: &Node, model: &mut Model) -> Result<()
         let key = member.key.as_str();
         match key {
             "schema" => schema_number(reader, member)?,
-            "name" => name = Some(reader.text(&member.node, key)?),
+            "name" => name = Some(reader.name(&member.node)?),
             "manufacturer" => model.manufacturer = Some(reader.text(&member.node, key)?),
             "sample_rate" => {
                 model.sample_rate = Some(single(

@@ -47,18 +47,6 @@ impl CorrectOutcome {
             out.push(format!("{} more spans are saturated", self.more_spans));
         }
         out.extend(self.warnings.iter().cloned());
-        if self.outside_validity > 0 {
-            let (samples, is) = match self.outside_validity {
-                1 => ("1 sample".to_owned(), "is"),
-                n => (
-                    format!("{} samples", group_thousands(&n.to_string())),
-                    "are",
-                ),
-            };
-            out.push(format!(
-                "{samples} in all {is} outside the model's validity; --flags marks them"
-            ));
-        }
         out
     }
 

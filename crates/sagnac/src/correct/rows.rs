@@ -305,27 +305,22 @@ impl Work {
                 place += 1;
             }
         }
-        if let Some(last) = (pending.history + out.block.rows).checked_sub(1) {
-            self.last_s = pending
-                .times_s
-                .get(last)
-                .map_or(self.last_s, |t| t + self.dt_s);
+        // Where time only runs back, the first row is the last.
+        let rows = pending.history..pending.history + out.block.rows;
+        for time_s in pending.times_s.get(rows).unwrap_or(&[]) {
+            self.last_s = self.last_s.max(time_s + self.dt_s);
         }
     }
 
-    /// Why samples are outside validity, a sentence a reason; q where the bound was not known
+    /// Why samples are outside validity, in one sentence; q where the bound was not known
     /// before the samples were.
     fn tell_outside(&self, outcome: &mut CorrectOutcome) {
         let [temperature, validity, not_finite] = self.outside;
-        let samples = |count: u64| match count {
-            1 => "1 sample is".to_owned(),
-            n => format!("{} samples are", group_thousands(&n.to_string())),
-        };
-        let mut say = |sentence: String| outcome.warnings.push(sentence);
+        let mut why: Vec<(u64, String)> = Vec::new();
         if temperature > 0 {
-            say(format!(
-                "{} outside the temperature range of the model: the nearer end is taken",
-                samples(temperature)
+            why.push((
+                temperature,
+                "outside the temperature range of the model: the nearer end is taken".to_owned(),
             ));
         }
         // A model outside at every sample is told before the first one.
@@ -336,29 +331,52 @@ impl Work {
                 self.inverse.range(Sensor::Gyro).unwrap_or(gyro),
                 self.inverse.range(Sensor::Accel).unwrap_or(accel),
             );
-            let why = if self.inverse.bound().is_none() && !bound.is_inside() {
+            let reason = if self.inverse.bound().is_none() && !bound.is_inside() {
+                let sum = (bound.mu[0] + bound.nu[0] + bound.delta).max(bound.mu[1] + bound.nu[1]);
                 format!(
-                    "outside the convergence bound (q up to {}, mu + nu up to {}), which a range in the model would tell before",
-                    general(bound.q, 3),
-                    general(
-                        (bound.mu[0] + bound.nu[0] + bound.delta).max(bound.mu[1] + bound.nu[1]),
-                        3
-                    )
+                    "outside the convergence bound ({}, {}), which a range in the model would tell before",
+                    stated("q", "up to", bound.q),
+                    stated("mu + nu", "up to", sum)
                 )
             } else {
                 "outside the validity of the model (its output range, or -40 to 85 degC where it states no temperature_range)".to_owned()
             };
-            say(format!(
-                "{} {why}: no bound holds for the correction",
-                samples(validity)
+            why.push((
+                validity,
+                format!("{reason}: no bound holds for the correction"),
             ));
         }
         if not_finite > 0 {
-            say(format!(
-                "{} without a number that is needed: the result is not a number",
-                samples(not_finite)
+            why.push((
+                not_finite,
+                "without a number that is needed, or beyond every number: the result is not a number"
+                    .to_owned(),
             ));
         }
+        let samples = |count: u64| match count {
+            1 => "1 sample is".to_owned(),
+            n => format!("{} samples are", group_thousands(&n.to_string())),
+        };
+        let sentence = match why.as_slice() {
+            [] => return,
+            [(count, reason)] => format!("{} {reason}", samples(*count)),
+            several => {
+                let parts: Vec<String> = several
+                    .iter()
+                    .map(|(count, reason)| {
+                        format!("{} {reason}", group_thousands(&count.to_string()))
+                    })
+                    .collect();
+                format!(
+                    "{} outside the model's validity: {}",
+                    samples(outcome.outside_validity),
+                    parts.join("; ")
+                )
+            }
+        };
+        outcome
+            .warnings
+            .push(format!("{sentence}; --flags marks them"));
     }
 
     pub(super) fn finish(mut self, outcome: &mut CorrectOutcome) {
@@ -380,6 +398,15 @@ impl Work {
                 largest: if count > 0 { largest } else { f64::NAN },
             })
             .collect();
+    }
+}
+
+/// `q up to 0.62`; what is beyond every number is said to be so.
+pub(super) fn stated(name: &str, how: &str, value: f64) -> String {
+    if value.is_finite() {
+        format!("{name} {how} {}", general(value, 3))
+    } else {
+        format!("{name} not finite")
     }
 }
 

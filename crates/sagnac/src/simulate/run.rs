@@ -63,8 +63,43 @@ pub(super) struct Run {
     with_drift: bool,
     /// Why a sample is no finite number.
     beyond: Option<Error>,
-    /// Samples outside the temperature range.
-    pub(super) too_cold_or_hot: u64,
+    /// The temperature ranges that count, and the samples outside each.
+    pub(super) too_cold_or_hot: Vec<OutsideRange>,
+}
+
+/// Samples beyond one of the ranges of temperature, where the nearer end is taken.
+pub(super) struct OutsideRange {
+    pub(super) range_c: [f64; 2],
+    /// `gyro.bias`, `accel.scale_factor` …: the terms for which it counts.
+    pub(super) terms: Vec<String>,
+    pub(super) count: u64,
+}
+
+/// Each range once: a term's own counts before that of the file, and that before a spline's knots.
+fn ranges(core: &SensorModel<f64>) -> Vec<OutsideRange> {
+    let mut out: Vec<OutsideRange> = Vec::new();
+    for sensor in Sensor::ALL {
+        let triad = core.triad(sensor);
+        for (name, part) in [
+            ("bias", &triad.bias.temperature),
+            ("scale_factor", &triad.scale_factor.temperature),
+        ] {
+            let range = part.effective_range_c(core.temperature_range_c);
+            let Some(range_c) = range.filter(|_| part.is_present()) else {
+                continue;
+            };
+            let term = format!("{}.{name}", sensor.key());
+            match out.iter_mut().find(|of| of.range_c == range_c) {
+                Some(same) => same.terms.push(term),
+                None => out.push(OutsideRange {
+                    range_c,
+                    terms: vec![term],
+                    count: 0,
+                }),
+            }
+        }
+    }
+    out
 }
 
 /// The draws of a run, from streams of their own.
@@ -177,11 +212,11 @@ impl Run {
         Ok(Self {
             sensors,
             measurement: Measurement::new(&core),
+            too_cold_or_hot: ranges(&core),
             core,
             dt_s: recipe.dt_s,
             with_drift: recipe.with_drift,
             beyond: None,
-            too_cold_or_hot: 0,
         })
     }
 
@@ -210,13 +245,12 @@ impl Run {
                 .iter()
                 .find_map(|s| s.beyond(core, truth, dt_s));
         }
-        if let Some([low, high]) = self.core.temperature_range_c
-            && self.core.depends_on_temperature()
-        {
-            self.too_cold_or_hot += truth
+        for of in &mut self.too_cold_or_hot {
+            let [low, high] = of.range_c;
+            of.count += truth
                 .temperature
                 .iter()
-                .filter(|t| **t < low || **t > high)
+                .filter(|t| !(low..=high).contains(*t))
                 .count() as u64;
         }
     }
@@ -374,15 +408,21 @@ impl SensorRun {
             .position(|value| !value.is_finite())?;
         let key = self.sensor.key();
         let at = sample(truth, row);
-        let term = crate::explain::beyond_every_number(core, self.sensor, &at, dt_s)
-            .unwrap_or(&self.loudest[axis]);
+        let lsb = core.triad(self.sensor).resolution.lsb[axis];
+        let term = crate::explain::beyond_every_number(core, self.sensor, &at, dt_s);
+        // Steps so small that not even 1 rad/s or 1 m/s² of them can be counted.
+        let (term, what) = if term.is_none() && lsb > 0.0 && !(1.0 / lsb).is_finite() {
+            ("resolution", "small")
+        } else {
+            (term.unwrap_or(&self.loudest[axis]), "large")
+        };
         let time_s = truth
             .stamps
             .get(row)
             .map_or(f64::NAN, sagnac_log::Stamp::seconds);
         Some(
             Error::data(format!(
-                "{key}_{} is beyond every number at {} s: {key}.{term} is too large",
+                "{key}_{} is beyond every number at {} s: {key}.{term} is too {what}",
                 ["x", "y", "z"][axis],
                 sagnac_report::text::general(time_s, 9)
             ))

@@ -340,6 +340,16 @@ impl LogSource {
                     ))
                     .advise("repair the row or cut it out with --start or --end"));
                 }
+                // Terms go up to its cube, in units as small as deg/h.
+                if let Some(bad) = part.iter().position(|v| !(v.powi(3) * 1e6).is_finite()) {
+                    let row = first + bad as u64 + 1;
+                    return Err(Error::data(format!(
+                        "the truth in row {row}, {}, is too large to reckon with: its cube is beyond every number",
+                        sagnac_report::text::general(part[bad], 3)
+                    ))
+                    .at(format!("{}, row {row}, column {}", self.plan.label, channel.name))
+                    .advise("look for a wrong unit or power of ten of that column"));
+                }
                 if channel.is_increment {
                     all.extend(part.iter().map(|value| value / dt));
                 } else {

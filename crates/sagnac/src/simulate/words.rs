@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use sagnac_core::{Output, Sensor};
+use sagnac_core::{Output, Sensor, SensorModel};
 use sagnac_model::Model;
 use sagnac_model::units::Dimension;
 use sagnac_nav::{Earth, Trajectory};
 use sagnac_report::text::{duration, general, group_thousands};
 
+use crate::Error;
 use crate::clock::RowClock;
 
-use super::run::Recipe;
+use super::run::{OutsideRange, Recipe};
 use super::{MotionSource, SimulateOutcome, SimulateRequest};
 
 /// Columns of a log of truth that tell of the run that wrote it.
@@ -307,6 +308,30 @@ pub(super) fn describe(
     }
 }
 
+/// Refuses increments whose step is a rate beyond the range at this interval.
+pub(super) fn check_increments(
+    model: &Model,
+    core: &SensorModel<f64>,
+    dt_s: f64,
+) -> Result<(), Error> {
+    for sensor in Sensor::ALL {
+        let triad = core.triad(sensor);
+        let mut pairs = triad.resolution.lsb.iter().zip(&triad.range.limit);
+        if triad.resolution.output == Output::Increment
+            && pairs.any(|(lsb, limit)| lsb / dt_s > *limit)
+        {
+            return Err(Error::data(format!(
+                "{}.resolution is coarser than the range at {} Hz: every output would be 0",
+                sensor.key(),
+                general(1.0 / dt_s, 6)
+            ))
+            .at(model.label())
+            .advise("lower the rate, or look for a wrong unit in `resolution` or `range`"));
+        }
+    }
+    Ok(())
+}
+
 /// Warnings that the model alone gives.
 pub(super) fn warn_of_terms(
     model: &Model,
@@ -406,7 +431,7 @@ pub(super) fn warn_of_height(
 pub(super) fn warn_of_samples(
     model: &Model,
     clipped: BTreeMap<String, (u64, f64)>,
-    outside: u64,
+    outside: &[OutsideRange],
     clock: Option<&RowClock>,
     outcome: &mut SimulateOutcome,
 ) {
@@ -428,13 +453,19 @@ pub(super) fn warn_of_samples(
             group_thousands(&count.to_string())
         ));
     }
-    if outside > 0 {
-        let range = model.temperature_range_c().unwrap_or_default();
+    for of in outside.iter().filter(|of| of.count > 0) {
+        let [low, high] = of.range_c;
+        let whose = if model.temperature_range_c() == Some(of.range_c) {
+            String::new()
+        } else {
+            format!(", the range of {},", of.terms.join(" and "))
+        };
         outcome.warnings.push(format!(
-            "the temperature is outside {} to {} degC in {} samples: the nearer end is taken",
-            general(range[0], 6),
-            general(range[1], 6),
-            group_thousands(&outside.to_string())
+            "the temperature is outside {} to {} degC{whose} in {} {}: the nearer end is taken",
+            general(low, 6),
+            general(high, 6),
+            group_thousands(&of.count.to_string()),
+            if of.count == 1 { "sample" } else { "samples" }
         ));
     }
     if let Some(clock) = clock {

@@ -26,7 +26,6 @@ pub(super) fn flags_of<T: Real>(plan: &Plan<T>, out: &mut String) {
     if couples {
         out.push_str("    gyro_ok = gyro_ok && accel_ok;\n");
     }
-    out.push_str("    if (!(gyro_ok && accel_ok)) {\n        flags |= 16u;\n    }\n");
     for (sensor, bit) in [(Sensor::Gyro, 1), (Sensor::Accel, 2)] {
         let key = sensor.key();
         let edges = plan.inverse.saturation(sensor);
@@ -130,4 +129,14 @@ pub(super) fn flags_of<T: Real>(plan: &Plan<T>, out: &mut String) {
         );
     }
     out.push_str("    if (!boxed) {\n        flags |= 8u;\n    }\n");
+    out.push_str(
+        "
+    /* 16 as well where the rounds ran off to infinity */
+    gyro_ok = gyro_ok && are_numbers(w);
+    accel_ok = accel_ok && are_numbers(f);
+    if (!(gyro_ok && accel_ok)) {
+        flags |= 16u;
+    }
+",
+    );
 }
