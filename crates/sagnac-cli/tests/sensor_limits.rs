@@ -151,7 +151,7 @@ fn what_would_take_too_long_or_stands_twice_is_refused() {
     ];
     let text = refused(at, &long, 2);
     assert!(
-        text.contains("1.3e10 steps of 20 ms") && text.contains("would take too long"),
+        text.contains("1.3e10 steps of 20 ms") && text.contains("shorten the run to 100 days"),
         "{text}"
     );
     let text = refused(at, &[&REST[..], &["--noise", "white,white"]].concat(), 2);

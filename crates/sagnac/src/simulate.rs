@@ -35,8 +35,8 @@ const MOST_SAMPLES: f64 = 1e12;
 /// Samples further apart than this, s, are means over several steps of the motion.
 const STEP_S: f64 = 0.02;
 
-/// As many steps as some minutes give, in which a slow rate would show no progress.
-const MOST_STEPS: f64 = 5e8;
+/// The steps of 100 days: minutes of work, in which a slow rate would show no progress.
+const MOST_STEPS: f64 = 100.0 * 86_400.0 / STEP_S;
 
 /// Gives the truth log from its start, every time it is called.
 pub type OpenLog<'a> = Box<dyn FnMut() -> Result<Box<dyn LogReader>, Error> + 'a>;
