@@ -37,7 +37,7 @@ pub enum Error {
         kind: &'static str,
     },
     /// A window of the dynamic deviation does not fit.
-    #[error("a window of {window_s} s does not fit a log of {duration_s} s")]
+    #[error("a window of {window_s} s does not fit a stretch of {duration_s} s")]
     WindowTooLong {
         /// Length asked for.
         window_s: f64,
@@ -66,7 +66,7 @@ impl Error {
                 Some("use the exact estimate (--estimate exact), or oadev, adev or hdev".to_owned())
             }
             Self::WindowTooLong { duration_s, .. } => {
-                Some(format!("choose a window below {} s", duration_s / 2.0))
+                Some(format!("choose a window of {duration_s} s or shorter"))
             }
         }
     }

@@ -311,7 +311,7 @@ fn a_window_shorter_than_two_samples_is_a_wrong_request() {
     fs::write(&log, format!("{HEADER}{}", rows(0, 400))).unwrap();
     for (window, words) in [
         ("1us", "a window of 1 us is shorter than two samples"),
-        ("1h", "does not fit a log of"),
+        ("1h", "does not fit a stretch of"),
     ] {
         let output = sagnac()
             .arg("allan")

@@ -79,6 +79,8 @@ pub struct AxisOutcome {
     pub series: Vec<[f64; 4]>,
     /// Standard deviation of its samples.
     pub scatter: f64,
+    /// Robust scatter of its noise from sample to sample, which findings about rounding speak of.
+    pub noise_scatter: f64,
 }
 
 /// One log.
@@ -374,6 +376,7 @@ fn one_axis(
         fit_deviation,
         series: series::pieces(own, health.duration_s),
         scatter: own.std,
+        noise_scatter: own.sigma_w,
     }
 }
 

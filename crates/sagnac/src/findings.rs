@@ -1,7 +1,7 @@
 //! Findings about a log's quality as JSON and as lines of text.
 
 use sagnac_log::Issue;
-use sagnac_report::text::{Finding, clock, duration};
+use sagnac_report::text::{Finding, clock, duration, group_numbers};
 use serde_json::{Value, json};
 
 /// `{"kind", "channel", "start_s", "end_s", "count", "text"}`.
@@ -55,7 +55,7 @@ impl Unlisted {
             .strip_prefix(" up to ")
             .and_then(|t| t.strip_suffix(" s"));
         Some(Self {
-            count: count.parse().ok()?,
+            count: count.replace(' ', "").parse().ok()?,
             end_s: end.and_then(|e| e.parse().ok()).unwrap_or(0.0),
             begins,
         })
@@ -128,7 +128,7 @@ pub fn finding(issue: &Issue, first_s: f64, duration_s: f64) -> Finding {
             .clone()
             .unwrap_or_else(|| sensor(issue).to_owned()),
         span_s: (!is_whole).then_some((start, end)),
-        text: issue.text.clone(),
+        text: group_numbers(&issue.text),
     }
 }
 

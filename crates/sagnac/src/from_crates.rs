@@ -47,6 +47,11 @@ impl From<sagnac_nav::Error> for Error {
 
 impl From<sagnac_analysis::Error> for Error {
     fn from(error: sagnac_analysis::Error) -> Self {
+        // Samples that are no numbers were left out before: a sum is beyond the largest number.
+        if matches!(error, sagnac_analysis::Error::NotFinite { .. }) {
+            return Self::data("its values are too large to be summed")
+                .advise("look at the unit, and at the largest values with sagnac info");
+        }
         let what = error.to_string();
         let out = match &error {
             sagnac_analysis::Error::WindowTooLong { .. } => Self::usage(what),

@@ -14,7 +14,7 @@
 mod quick;
 mod text;
 
-use sagnac_log::health::{self, Health, HealthOptions};
+use sagnac_log::health::{self, ChannelHealth, Health, HealthOptions};
 use sagnac_log::{Issue, IssueKind, Layout, Log};
 use sagnac_report::text::Document;
 use serde_json::{Value, json};
@@ -106,14 +106,21 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
         .channels
         .iter()
         .zip(&health.channels)
-        .map(|(c, h)| ChannelInfo {
-            name: c.name.clone(),
-            unit: c.unit.clone(),
-            mean: h.mean,
-            std: h.std,
-            min: h.min,
-            max: h.max,
-            lsb: h.lsb,
+        .map(|(c, h)| {
+            let is_stuck =
+                |i: &&Issue| i.kind == IssueKind::Stuck && i.channel.as_deref() == Some(&c.name);
+            // What a stuck sensor says is left out of the numbers, as the finding says.
+            let sound = health.issues.iter().find(is_stuck).and_then(|_| sound(h));
+            let [mean, std, min, max] = sound.unwrap_or([h.mean, h.std, h.min, h.max]);
+            ChannelInfo {
+                name: c.name.clone(),
+                unit: c.unit.clone(),
+                mean,
+                std,
+                min,
+                max,
+                lsb: h.lsb,
+            }
         })
         .collect();
     let mut layout = log.layout.clone();
@@ -129,6 +136,20 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
         first_s: health.first_s,
         is_moving,
     })
+}
+
+/// Mean, standard deviation, smallest and largest of the stretches that are sound; none where there is none.
+fn sound(channel: &ChannelHealth<'_>) -> Option<[f64; 4]> {
+    let values = || channel.slices().into_iter().flatten().copied();
+    let count = values().count();
+    if count == 0 {
+        return None;
+    }
+    let mean = values().sum::<f64>() / count as f64;
+    let square = values().map(|y| (y - mean).powi(2)).sum::<f64>() / count as f64;
+    let min = values().fold(f64::INFINITY, f64::min);
+    let max = values().fold(f64::NEG_INFINITY, f64::max);
+    Some([mean, square.sqrt(), min, max])
 }
 
 /// A sensor that is carried about: motion leaves less than [`LEAST_REST`] of the log. A log too short for numbers has

@@ -375,7 +375,7 @@ impl Plan {
             let _ = write!(
                 text,
                 "; {} needs {}",
-                sagnac_report::text::term_name(other).to_lowercase(),
+                sagnac_report::text::term_in_sentence(other),
                 duration(rounded(*need))
             );
         }

@@ -212,3 +212,124 @@ fn a_gauss_markov_term_is_drawn_beside_the_others() {
     let sigma = 1.0_f64.to_degrees() * 3600.0;
     assert!((top / (0.617 * sigma) - 1.0).abs() < 0.15, "{top} {sigma}");
 }
+
+/// Means, scatters and units of `info` by channel, and its text on one line.
+fn told(text: String) -> (serde_json::Value, String) {
+    let log = named("log.csv", text).log;
+    let outcome = info(&log, &InfoRequest::default()).unwrap();
+    let words = outcome.document().render(Style::PLAIN);
+    let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+    (outcome.to_json()["channels"].clone(), words)
+}
+
+#[test]
+fn info_leaves_out_what_it_says_is_left_out() {
+    let lines = |spoil: &dyn Fn(usize, &str) -> String| -> String {
+        let noise = gyros(3, &[0.01, 0.01, 0.01], 20_000, |_| true);
+        let mut lines = noise.lines();
+        let mut text = format!("{}\n", lines.next().unwrap());
+        for (k, line) in lines.enumerate() {
+            let cells: Vec<&str> = line.split(',').collect();
+            let y = spoil(k, cells[2]);
+            text += &format!("{},{},{y},{}\n", cells[0], cells[1], cells[3]);
+        }
+        text
+    };
+    // The y axis sticks at 3 rad/s in the second half.
+    let (channels, words) = told(lines(&|k, y| {
+        if k < 10_000 { y.to_owned() } else { "3".into() }
+    }));
+    assert!(
+        channels[1]["mean"].as_f64().unwrap().abs() < 1e-3,
+        "{channels}"
+    );
+    assert!(channels[1]["max"].as_f64().unwrap() < 0.006, "{channels}");
+    assert!(words.contains("one value for 10 000 samples"), "{words}");
+    // It holds no numbers: its unit stays, and nothing is said of |w|.
+    let (_, words) = told(lines(&|_, _| "nan".to_owned()));
+    assert!(words.contains("gyro_y deg/s - -"), "{words}");
+    assert!(!words.contains("|w|"), "{words}");
+}
+
+#[test]
+fn page_and_text_count_the_same_findings() {
+    // 60 gaps of a second each, 3 s apart.
+    let log = named("gaps.csv", gyros(11, &[1.0], 24_000, |k| k % 400 < 300));
+    let outcome = characterize(&[log], &Request::default()).unwrap();
+    let page = outcome.to_page(&PageFacts::default());
+    let words = outcome.document().render(Style::PLAIN);
+    // The gaps, and that no stretch between them is long.
+    assert_eq!(words.matches("warning:").count(), 2, "{words}");
+    let (_, findings) = page.facts.iter().find(|f| f.0 == "Findings").unwrap();
+    assert_eq!(findings, "2 warnings");
+    let bars = page.logs[0].timeline.issues.iter();
+    let bars: Vec<_> = bars.filter(|b| b.kind == "gap").collect();
+    assert_eq!(bars.len(), 59);
+    assert!(
+        bars.iter().all(|b| b.text.starts_with("59 times")),
+        "{}",
+        bars[0].text
+    );
+}
+
+#[test]
+fn a_rounding_step_has_one_size() {
+    // A slow swing of 40 steps beside noise of one step.
+    let mut text = String::from("time [s],gyro_x [rad/s]\n");
+    let noise = gyros(13, &[3.5], 20_000, |_| true);
+    for (k, line) in noise.lines().skip(1).enumerate() {
+        let y: f64 = line.split(',').nth(1).unwrap().parse().unwrap();
+        let y = (y + 20.0 * (k as f64 * 3e-4).sin()).round();
+        text += &format!("{},{y}\n", k as f64 / 100.0);
+    }
+    let outcome = characterize(&[named("steps.csv", text)], &Request::default()).unwrap();
+    let note = outcome.logs[0]
+        .issues
+        .iter()
+        .find(|i| i.kind.name() == "quantization")
+        .unwrap();
+    let of_note: f64 = note.text.split(' ').nth(3).unwrap().parse().unwrap();
+    let axis = &outcome.logs[0].axes[0];
+    let of_table = axis.lsb.unwrap() / axis.noise_scatter;
+    assert!(
+        (of_note - of_table).abs() < 0.006,
+        "{} {of_table}",
+        note.text
+    );
+    assert!(axis.scatter > 5.0 * axis.noise_scatter);
+}
+
+#[test]
+fn a_model_has_limits_and_the_units_of_the_text() {
+    // The x axis has a Gauss–Markov process of T_c = 2 s and σ = 1 rad/s, the y axis white noise alone.
+    let mut state = 0.0;
+    let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s]\n");
+    let noise = gyros(5, &[1.0, 1.0, 1.0], 40_000, |_| true);
+    let keep = (-0.01_f64 / 2.0).exp();
+    for line in noise.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        let unit = 12.0_f64.sqrt();
+        state = keep * state + (1.0 - keep * keep).sqrt() * unit * cells[1];
+        let (x, y) = (state + 0.1 * unit * cells[2], 0.1 * unit * cells[3]);
+        text += &format!("{},{x},{y}\n", cells[0]);
+    }
+    let outcome = characterize(&[named("gm.csv", text)], &Request::default()).unwrap();
+    let model = outcome.to_model().unwrap().to_toml();
+    let line = model
+        .lines()
+        .find(|l| l.contains("correlation_time"))
+        .unwrap();
+    assert!(line.contains("upper_limit"), "{model}");
+    assert!(
+        sagnac::model::Model::parse(&model, "gm.toml").is_ok(),
+        "{model}"
+    );
+    let quantization = model
+        .lines()
+        .find(|l| l.starts_with("quantization"))
+        .unwrap();
+    assert!(
+        quantization.contains("arcsec") && !quantization.contains("mrad"),
+        "{model}"
+    );
+}

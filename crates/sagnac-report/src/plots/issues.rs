@@ -36,6 +36,8 @@ struct Row<'a> {
     first: &'a IssueBar,
     spans: Vec<(f64, f64)>,
     text: String,
+    /// Findings of the row that say something else.
+    others: usize,
 }
 
 impl IssueTimeline {
@@ -69,17 +71,21 @@ impl IssueTimeline {
                     && !issue.kind.is_empty()
             });
             match known {
-                Some(row) => row.spans.push(span),
+                Some(row) => {
+                    row.spans.push(span);
+                    row.others += usize::from(issue.text != row.text);
+                }
                 None => rows.push(Row {
                     first: issue,
                     spans: vec![span],
                     text: issue.text.clone(),
+                    others: 0,
                 }),
             }
         }
         for row in &mut rows {
-            if row.spans.len() > 1 {
-                row.text = format!("{} (and {} more)", row.text, row.spans.len() - 1);
+            if row.others > 0 {
+                row.text = format!("{} (and {} more)", row.text, row.others);
             }
         }
         rows

@@ -31,13 +31,13 @@ mod unit;
 
 pub use document::{Document, Finding, is_note, wrap};
 pub use number::{
-    Estimate, EstimateText, decimals_of, estimate, fixed, general, group_thousands, limit, percent,
-    significant,
+    Estimate, EstimateText, decimals_of, estimate, fixed, general, group_numbers, group_thousands,
+    limit, percent, significant,
 };
 pub use style::{Role, Style, clean, cut, width};
 pub use table::{Align, Cell, Table};
 pub use time::{clock, clock_span, duration, seconds};
-pub use unit::{Sensor, Unit, term_name, term_symbol};
+pub use unit::{Sensor, Unit, term_in_sentence, term_name, term_symbol};
 
 /// Number of columns of every line of text.
 pub const COLUMNS: usize = 80;

@@ -319,6 +319,26 @@ pub fn percent(share: f64) -> String {
     }
 }
 
+/// The same for every whole number of a sentence that stands as a word of its own.
+///
+/// ```
+/// let text = sagnac_report::text::group_numbers("one value for 20000 samples; left out");
+/// assert_eq!(text, "one value for 20 000 samples; left out");
+/// ```
+pub fn group_numbers(text: &str) -> String {
+    let words: Vec<String> = text
+        .split(' ')
+        .map(|word| {
+            if word.bytes().all(|b| b.is_ascii_digit()) {
+                group_thousands(word)
+            } else {
+                word.to_owned()
+            }
+        })
+        .collect();
+    words.join(" ")
+}
+
 /// Parts the digits before the decimal point by spaces in threes, from five digits on.
 ///
 /// ```

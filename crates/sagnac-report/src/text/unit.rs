@@ -178,6 +178,14 @@ pub fn term_name(term: &str) -> &str {
     }
 }
 
+/// Name of a noise term within a sentence: `angle random walk`, `a Gauss-Markov process`.
+pub fn term_in_sentence(term: &str) -> String {
+    match term {
+        "gauss_markov" => "a Gauss-Markov process".to_owned(),
+        other => term_name(other).to_lowercase(),
+    }
+}
+
 /// Letter of a noise term by its JSON name: Q, N, B, K, R; `None` for terms without one.
 pub fn term_symbol(term: &str) -> Option<&'static str> {
     match term {

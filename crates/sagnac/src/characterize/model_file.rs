@@ -1,13 +1,36 @@
 //! What was estimated, as a model file: detected terms with value and interval, the others as upper limits.
 
+use super::text::shown_sensor;
 use super::{AxisOutcome, Outcome, dimension_of, key_of};
 use crate::Error;
 use sagnac_analysis::fit::{Estimate, GaussMarkovEstimate, RegressorKind, Status, Term};
 use sagnac_core::{Output, Sensor};
-use sagnac_model::units::Dimension;
+use sagnac_model::units::{Dimension, Unit};
 use sagnac_model::{Entry, Model, Process};
+use sagnac_report::text::Unit as ShownUnit;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The estimate in the unit that the text shows the term in.
+fn term_entry(e: &Estimate, sensor: Sensor, term: Term) -> Option<Entry> {
+    let mut entry = entry(e, dimension_of(sensor, term))?;
+    entry.unit = term_unit(sensor, term);
+    Some(entry)
+}
+
+/// The unit of the text, spelled as in a model file.
+fn term_unit(sensor: Sensor, term: Term) -> Unit {
+    let shown = ShownUnit::of_term(shown_sensor(sensor), key_of(sensor, term));
+    Unit::parse(&shown.text.replace("√h", "sqrt(h)"))
+        .unwrap_or_else(|_| Unit::field(dimension_of(sensor, term)))
+}
+
+/// What an axis without a listed term has: zero.
+fn none_of(sensor: Sensor, term: Term) -> Entry {
+    let mut entry = Entry::of(0.0, dimension_of(sensor, term));
+    entry.unit = term_unit(sensor, term);
+    entry
+}
 
 fn entry(e: &Estimate, dimension: Dimension) -> Option<Entry> {
     match e.status {
@@ -107,7 +130,7 @@ fn put(
     if term == Term::Flicker {
         model.set_process(sensor, Process::Flicker);
     }
-    if let Some(entry) = entry(e, dimension_of(sensor, term)) {
+    if let Some(entry) = term_entry(e, sensor, term) {
         model.set(&format!("{}.{key}.{}", sensor.key(), AXES[index]), entry)?;
     }
     Ok(())
@@ -167,13 +190,12 @@ fn single(model: &mut Model, axis: &AxisOutcome) -> Result<(), Error> {
     Ok(())
 }
 
-/// The list of Gauss–Markov processes: an entry a process, an axis without it has σ = 0.
+/// The list of Gauss–Markov processes: an entry a process; an axis where it was not seen has the limit, or σ = 0.
 fn markov(
     model: &mut Model,
     sensor: Sensor,
     lists: &[(usize, Vec<GaussMarkovEstimate>)],
 ) -> Result<(), Error> {
-    let output = dimension_of(sensor, Term::GaussMarkov);
     let most = lists
         .iter()
         .map(|(_, l)| l.iter().filter(|g| g.sigma.is_detected()).count())
@@ -197,9 +219,13 @@ fn markov(
         for axis in 0..3 {
             let own = found.iter().find(|(a, _)| *a == axis).and_then(|(_, g)| *g);
             let prefix = format!("{}.noise.gauss_markov.{}", sensor.key(), place + 1);
+            // The limit is the largest over all times: it stands for one process.
+            let limits = lists.iter().filter(|(a, _)| *a == axis && place == 0);
+            let limit = limits.flat_map(|(_, list)| list).next();
             let sigma = own
-                .and_then(|g| entry(&g.sigma, output))
-                .unwrap_or_else(|| Entry::of(0.0, output));
+                .or(limit)
+                .and_then(|g| term_entry(&g.sigma, sensor, Term::GaussMarkov))
+                .unwrap_or_else(|| none_of(sensor, Term::GaussMarkov));
             let correlation = own
                 .and_then(|g| entry(&g.correlation_time_s, Dimension::TIME))
                 .unwrap_or_else(|| Entry::of(time, Dimension::TIME));
@@ -215,7 +241,6 @@ fn markov(
 
 /// The lines of all axes, each an entry that the other axes have at zero.
 fn lines(model: &mut Model, sensor: Sensor, axes: &[AxisOutcome]) -> Result<(), Error> {
-    let output = dimension_of(sensor, Term::Sinusoid);
     // Lines of one frequency on several axes are one entry.
     let mut list: Vec<(f64, [Option<Entry>; 3])> = Vec::new();
     for axis in axes.iter().filter(|a| a.sensor == sensor) {
@@ -223,7 +248,7 @@ fn lines(model: &mut Model, sensor: Sensor, axes: &[AxisOutcome]) -> Result<(), 
             let (Some(f), Some(spread)) = (line.frequency_hz.value, line.frequency_hz.sigma) else {
                 continue;
             };
-            let amplitude = entry(&line.amplitude, output);
+            let amplitude = term_entry(&line.amplitude, sensor, Term::Sinusoid);
             let near = (6.0 * spread).max(1e-4 * f);
             if let Some((_, amplitudes)) = list
                 .iter_mut()
@@ -240,7 +265,7 @@ fn lines(model: &mut Model, sensor: Sensor, axes: &[AxisOutcome]) -> Result<(), 
     for (place, (frequency, amplitudes)) in list.into_iter().enumerate() {
         let prefix = format!("{}.noise.sinusoids.{}", sensor.key(), place + 1);
         for (axis, amplitude) in amplitudes.into_iter().enumerate() {
-            let amplitude = amplitude.unwrap_or_else(|| Entry::of(0.0, output));
+            let amplitude = amplitude.unwrap_or_else(|| none_of(sensor, Term::Sinusoid));
             model.set(&format!("{prefix}.amplitude.{}", AXES[axis]), amplitude)?;
             model.set(
                 &format!("{prefix}.frequency.{}", AXES[axis]),

@@ -3,6 +3,7 @@
 use super::page_words::{facts, file_name, limits, overview, rich_verdict};
 use super::text::{findings, probability, shown, shown_sensor};
 use super::{AxisOutcome, LogOutcome, Outcome, key_of};
+use crate::findings::gathered;
 use sagnac_analysis::fit::{Estimate, GaussMarkovEstimate, NoiseTerms, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_report::html::{
@@ -13,7 +14,7 @@ use sagnac_report::plots::{
 };
 use sagnac_report::svg::page_number;
 use sagnac_report::text::{
-    Estimate as Shown, Unit, duration, fixed, general, is_note, significant,
+    Estimate as Shown, Finding, Unit, duration, fixed, general, is_note, significant,
 };
 
 /// What the page says about how it was made.
@@ -167,7 +168,10 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
         };
         for axis in axes {
             if let Some(value) = axis.lsb {
-                let note = format!("{} of the scatter", significant(value / axis.scatter, 2));
+                let note = format!(
+                    "{} of the scatter",
+                    significant(value / axis.noise_scatter, 2)
+                );
                 step.cells[axis.index] = ParameterCell::Number { value, note };
             }
         }
@@ -209,18 +213,28 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
 }
 
 fn timeline(log: &LogOutcome) -> IssueTimeline {
+    // Each finding has its bar; what is said beside them is what the text says of all.
+    let single = findings(log);
+    let mut issues = Vec::with_capacity(single.len());
+    for told in gathered(single.clone()) {
+        let holds = |f: &&Finding| match (f.span_s, told.span_s) {
+            (Some(own), Some(all)) => own.0 >= all.0 && own.1 <= all.1,
+            (own, all) => own == all,
+        };
+        let own = single
+            .iter()
+            .filter(|f| f.kind == told.kind && f.channel == told.channel);
+        issues.extend(own.filter(holds).map(|f| IssueBar {
+            channel: f.channel.replace('_', " "),
+            warning: !is_note(&f.kind),
+            kind: f.kind.clone(),
+            text: page_text(&told.text),
+            span_s: f.span_s,
+        }));
+    }
     IssueTimeline {
         duration_s: log.duration_s,
-        issues: findings(log)
-            .into_iter()
-            .map(|f| IssueBar {
-                channel: f.channel.replace('_', " "),
-                warning: !is_note(&f.kind),
-                kind: f.kind,
-                text: page_text(&f.text),
-                span_s: f.span_s,
-            })
-            .collect(),
+        issues,
     }
 }
 

@@ -1,14 +1,16 @@
 //! Words of the page: facts, what the log could not tell, the table that opens a page about several logs.
 
-use super::text::verdict;
+use super::text::{findings, verdict};
 use super::{AxisOutcome, LogOutcome, key_of};
+use crate::findings::gathered;
 use sagnac_analysis::fit::{Status, Term};
 use sagnac_core::Sensor;
 use sagnac_report::html::{HtmlTable, Overview, Rich};
 use sagnac_report::plots::axis_title;
 use sagnac_report::svg::page_number;
 use sagnac_report::text::{
-    Unit, duration, fixed, general, group_thousands, seconds, significant, term_name,
+    Unit, duration, fixed, general, group_thousands, is_note, seconds, significant,
+    term_in_sentence, term_name,
 };
 
 /// The last part of a path: what a page calls a file.
@@ -50,6 +52,13 @@ fn plural(count: usize, word: &str) -> String {
     } else {
         format!("{count} {word}s")
     }
+}
+
+/// Warnings and notes as the text counts them: many findings of a kind and channel are one.
+fn told(log: &LogOutcome) -> (usize, usize) {
+    let lines = gathered(findings(log));
+    let notes = lines.iter().filter(|f| is_note(&f.kind)).count();
+    (lines.len() - notes, notes)
 }
 
 /// Facts of a log in short.
@@ -99,8 +108,7 @@ pub(super) fn facts(log: &LogOutcome) -> Vec<(String, String)> {
             |(_, low, high)| format!("{} … {} °C", fixed(low, 1), fixed(high, 1)),
         ),
     ));
-    let warnings = log.issues.iter().filter(|i| !i.kind.is_note()).count();
-    let notes = log.issues.len() - warnings;
+    let (warnings, notes) = told(log);
     out.push(fact(
         "Findings",
         match (warnings, notes) {
@@ -161,6 +169,14 @@ pub(super) fn limits(log: &LogOutcome, one_sensor: bool) -> Vec<Rich> {
     out
 }
 
+/// The name of a term that begins a sentence.
+fn sentence_start(key: &str) -> &str {
+    match key {
+        "gauss_markov" => "A Gauss–Markov process",
+        other => term_name(other),
+    }
+}
+
 /// Terms that were not seen, that are known poorly, that cannot be told apart.
 fn terms(log: &LogOutcome, say: &mut impl FnMut(&str, &str)) {
     let mut unseen = Vec::new();
@@ -194,8 +210,8 @@ fn terms(log: &LogOutcome, say: &mut impl FnMut(&str, &str)) {
             say(
                 &format!(
                     "{} and {} of {title}",
-                    term_name(key_of(axis.sensor, a)),
-                    term_name(key_of(axis.sensor, b)).to_lowercase()
+                    sentence_start(key_of(axis.sensor, a)),
+                    term_in_sentence(key_of(axis.sensor, b))
                 ),
                 "cannot be told apart in this log; both are bounded from above.",
             );
@@ -236,7 +252,7 @@ pub(super) fn overview(logs: &[LogOutcome]) -> Overview {
                 .collect();
             page_number(&values.join("  "))
         };
-        let warnings = log.issues.iter().filter(|i| !i.kind.is_note()).count();
+        let (warnings, _) = told(log);
         table.row(vec![
             file_name(&log.name).into(),
             duration(log.duration_s).into(),

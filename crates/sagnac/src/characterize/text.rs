@@ -7,7 +7,7 @@ use sagnac_core::Sensor;
 use sagnac_log::{Issue, IssueKind};
 use sagnac_report::text::{
     Document, Estimate as Shown, Finding, Role, Sensor as ShownSensor, Table, Unit, general,
-    term_name,
+    group_numbers, term_in_sentence, term_name,
 };
 use std::fmt::Write as _;
 
@@ -133,8 +133,8 @@ fn one(log: &LogOutcome, out: &mut Document) {
             out.note(format!(
                 "{}: this log cannot tell {} from {}; both are bounded from above.",
                 axis.axis,
-                term_name(key_of(axis.sensor, a)).to_lowercase(),
-                term_name(key_of(axis.sensor, b)).to_lowercase(),
+                term_in_sentence(key_of(axis.sensor, a)),
+                term_in_sentence(key_of(axis.sensor, b)),
             ));
         }
     }
@@ -475,7 +475,8 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
 
 fn range(low: f64, high: f64) -> String {
     let text = |x: f64| {
-        if x < 1.0 {
+        // 0.96 is 1, not 1.0.
+        if x < 0.95 {
             format!("{x:.1}")
         } else {
             format!("{x:.0}")
@@ -567,7 +568,7 @@ fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
         kind: head.kind.name().to_owned(),
         channel: if several { sensor } else { channel },
         span_s: (!whole).then_some((start.max(0.0), end.max(0.0))),
-        text,
+        text: group_numbers(&text),
     }
 }
 

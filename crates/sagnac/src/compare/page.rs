@@ -9,7 +9,7 @@ use sagnac_core::Sensor;
 use sagnac_model::Model;
 use sagnac_report::html::{ComparePage, CompareRow, Opening, Rich};
 use sagnac_report::plots::AllanPanel;
-use sagnac_report::text::{Estimate as Shown, Unit, general, term_name};
+use sagnac_report::text::{Estimate as Shown, Unit, general, term_in_sentence};
 
 impl ComparisonOutcome {
     /// The page of logs compared with a reference: `outcome` is what was measured.
@@ -167,7 +167,7 @@ fn label_of(term: &ComparedTerm) -> String {
     } else if term.name == "bias_stability" {
         "run-to-run bias".to_owned()
     } else {
-        term_name(term.name).to_lowercase()
+        term_in_sentence(term.name)
     }
 }
 

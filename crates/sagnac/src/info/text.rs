@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use sagnac_log::{Issue, IssueKind};
-use sagnac_report::text::{Document, Table, duration, fixed, general, group_thousands};
+use sagnac_report::text::{Document, Table, duration, fixed, general, group_thousands, is_note};
 
 use super::{ChannelInfo, InfoOutcome};
 use crate::findings::{finding, gathered};
@@ -62,7 +62,10 @@ pub(super) fn document(o: &InfoOutcome) -> Document {
         });
     } else {
         let kinds: BTreeSet<&str> = warnings.iter().map(|i| i.kind.name()).collect();
-        let n = warnings.len();
+        // As many as are listed below: many of a kind and channel are one line.
+        let lines = o.issues.iter().map(|i| finding(i, o.first_s, o.duration_s));
+        let told = gathered(lines.collect());
+        let n = told.iter().filter(|f| !is_note(&f.kind)).count();
         let kinds: Vec<&str> = kinds.into_iter().collect();
         d.paragraph(format!(
             "{n} warning{}: {}.",
@@ -105,7 +108,7 @@ fn table(channels: &[ChannelInfo]) -> Table {
     );
     for c in channels {
         let (mut unit, mut factor) = shown_unit(c);
-        if !(c.min.abs().max(c.max.abs()) * factor).is_finite() {
+        if (c.min.abs().max(c.max.abs()) * factor).is_infinite() {
             (unit, factor) = (&c.unit, 1.0);
         }
         let (std, lsb) = (c.std * factor, c.lsb.map(|l| l * factor));
@@ -170,7 +173,7 @@ fn gravity(o: &InfoOutcome) -> Option<String> {
             *v = o
                 .channels
                 .iter()
-                .find(|c| c.name == format!("{word}_{axis}"))?
+                .find(|c| c.name == format!("{word}_{axis}") && c.mean.is_finite())?
                 .mean;
         }
         Some(out)
