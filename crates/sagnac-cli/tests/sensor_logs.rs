@@ -8,16 +8,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use common::{refused, said};
-
-const MODEL: &str = "name = \"part\"\nsample_rate = \"100 Hz\"\n[gyro.bias]\nfixed = \"1 deg/s\"\n\
-[gyro.bias.instability]\ncoefficient = \"8 deg/h\"\n[accel.bias]\nstability = \"1 mg\"\n";
-
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("part.toml"), MODEL).unwrap();
-    folder
-}
+use common::{BIASES, biased_part as folder, refused, said};
 
 #[test]
 fn biases_and_flags_of_another_run_do_not_reach_the_output() {
@@ -475,7 +466,7 @@ fn a_log_is_resampled_whatever_a_channel_holds() {
 fn a_bandwidth_that_changes_nothing_is_told() {
     let folder = folder();
     let at = folder.path();
-    let text = format!("{MODEL}[gyro]\nbandwidth = \"60 Hz\"\n");
+    let text = format!("{BIASES}[gyro]\nbandwidth = \"60 Hz\"\n");
     fs::write(at.join("wide.toml"), text).unwrap();
     for (rate, is_told) in [("100Hz", true), ("200Hz", false)] {
         let text = said(

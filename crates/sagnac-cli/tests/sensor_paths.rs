@@ -7,16 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use common::{refused, sagnac, said};
-
-const MODEL: &str = "name = \"part\"\nsample_rate = \"100 Hz\"\n[gyro.bias]\nfixed = \"1 deg/s\"\n\
-[gyro.bias.instability]\ncoefficient = \"8 deg/h\"\n[accel.bias]\nstability = \"1 mg\"\n";
-
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("part.toml"), MODEL).unwrap();
-    folder
-}
+use common::{biased_part as folder, refused, sagnac, said};
 
 const PATH: &str =
     "time [s],latitude [deg],longitude [deg],height [m],roll [deg],pitch [deg],heading [deg]\n";

@@ -55,3 +55,14 @@ pub(crate) fn refused(folder: &Path, args: &[&str], code: i32) -> String {
     );
     flat(&text)
 }
+
+/// A model of biases alone.
+pub(crate) const BIASES: &str = "name = \"part\"\nsample_rate = \"100 Hz\"\n[gyro.bias]\nfixed = \"1 deg/s\"\n\
+[gyro.bias.instability]\ncoefficient = \"8 deg/h\"\n[accel.bias]\nstability = \"1 mg\"\n";
+
+/// A folder with [`BIASES`] as `part.toml`.
+pub(crate) fn biased_part() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("part.toml"), BIASES).unwrap();
+    folder
+}
