@@ -331,13 +331,18 @@ fn poses(recording: &Recording, rests: &[rests::Rest], fit: &accel::Fit, g: f64)
         .collect()
 }
 
-/// Whether an axis stays at the largest size it has in the log for three samples, as a gyro beyond its range does.
-fn saturates(gyro: &[&[f64]; 3], turn: turns::Turn) -> bool {
-    gyro.iter().any(|axis| {
-        let largest = axis
-            .iter()
+/// The largest size each axis of the gyro has in the log.
+fn largest(gyro: &[&[f64]; 3]) -> [f64; 3] {
+    gyro.map(|axis| {
+        axis.iter()
             .filter(|v| v.is_finite())
-            .fold(0.0, |m: f64, v| m.max(v.abs()));
+            .fold(0.0, |m: f64, v| m.max(v.abs()))
+    })
+}
+
+/// Whether an axis stays at its largest size for three samples, as a gyro beyond its range does.
+fn saturates(gyro: &[&[f64]; 3], largest: [f64; 3], turn: turns::Turn) -> bool {
+    gyro.iter().zip(largest).any(|(axis, largest)| {
         let at = |v: &f64| v.abs() >= largest * (1.0 - 1e-6);
         largest > 0.5
             && axis[turn.first..turn.end]
@@ -346,30 +351,36 @@ fn saturates(gyro: &[&[f64]; 3], turn: turns::Turn) -> bool {
     })
 }
 
+/// The stretch between each rest and the next.
+fn between(found: &rests::Found) -> impl Iterator<Item = turns::Turn> + '_ {
+    found
+        .rests
+        .windows(2)
+        .enumerate()
+        .map(|(rest, pair)| turns::Turn {
+            rest,
+            first: pair[0].end,
+            end: pair[1].first,
+        })
+}
+
 /// The stretches between rests that are turns: no gap in them, nothing that is not a number, not a mere knock.
 fn turns_between(
     recording: &Recording,
     gyro: &[&[f64]; 3],
     found: &rests::Found,
+    largest: [f64; 3],
 ) -> Vec<turns::Turn> {
     let shortest = ((SHORTEST_TURN_S + CUTS_S) / recording.dt_s).round() as usize;
-    found
-        .rests
-        .windows(2)
-        .enumerate()
-        .filter_map(|(rest, pair)| {
-            let turn = turns::Turn {
-                rest,
-                first: pair[0].end,
-                end: pair[1].first,
-            };
+    between(found)
+        .filter(|turn| {
             let broken = found.gaps.iter().any(|g| *g > turn.first && *g <= turn.end);
-            let sound = !saturates(gyro, turn)
+            let sound = !saturates(gyro, largest, *turn)
                 && gyro
                     .iter()
                     .chain(&recording.accel)
                     .all(|a| a[turn.first..turn.end].iter().all(|v| v.is_finite()));
-            (turn.end - turn.first >= shortest && !broken && sound).then_some(turn)
+            turn.end - turn.first >= shortest && !broken && sound
         })
         .collect()
 }
@@ -384,17 +395,10 @@ fn turn(
     out: &mut Outcome,
 ) -> Result<(), Error> {
     let rests = &found.rests;
-    let turns = turns_between(recording, gyro, found);
-    out.saturated = found
-        .rests
-        .windows(2)
-        .enumerate()
-        .map(|(rest, pair)| turns::Turn {
-            rest,
-            first: pair[0].end,
-            end: pair[1].first,
-        })
-        .filter(|turn| saturates(gyro, *turn))
+    let largest = largest(gyro);
+    let turns = turns_between(recording, gyro, found, largest);
+    out.saturated = between(found)
+        .filter(|turn| saturates(gyro, largest, *turn))
         .map(|turn| recording.span_s(turn.first, turn.end))
         .collect();
     let gyro_sigma = rests::noise(gyro, rests, recording.dt_s);
