@@ -1,6 +1,6 @@
 """Bias, coverage, efficiency and selection of the joint estimate against known truth.
 
-usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners|warm_up] [--json F] [--minutes M]
+usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners|warm_up|quantized|hidden] [--json F] [--minutes M]
 PROGRAM is the built example `fit_axes`. Every mixture draws from its own declared stream default_rng([seed, number]).
 """
 import argparse
@@ -55,6 +55,22 @@ SETS = {
     "warm_up": {
         "NBK_warm": ((720_000, 0.02), {"N": 1, "B": 0.3, "K": 0.02, "warm": (1.0, 600.0), "temperature": True}),
         "NBK_warm_blind": ((720_000, 0.02), {"N": 1, "B": 0.3, "K": 0.02, "warm": (1.0, 600.0)}),
+    },
+    # The rounding of a counter, alone and above all else.
+    "quantized": {
+        "Q": (H, {"Q": 0.05}),
+        "QN_small": (H, {"Q": 0.05, "N": 0.02}),
+        "QB": (H, {"Q": 0.05, "B": 2e-3}),
+        "QK": (H, {"Q": 0.05, "K": 5e-4}),
+        "Q_25Hz_10min": ((15_000, 0.04), {"Q": 0.05}),
+        "QN_small_25Hz_10min": ((15_000, 0.04), {"Q": 0.05, "N": 0.02}),
+        "QB_25Hz_10min": ((15_000, 0.04), {"Q": 0.05, "B": 4e-3}),
+        "QK_25Hz_10min": ((15_000, 0.04), {"Q": 0.05, "K": 2e-3}),
+    },
+    # A slow strong process hides flicker.
+    "hidden": {
+        "NBGM_hidden": ((72_000, 0.1), {"N": 1, "B": 0.5, "GM": [(11.667, 100)]}),
+        "NBGM_half": ((72_000, 0.1), {"N": 1, "B": 0.5, "GM": [(2, 100)]}),
     },
 }
 

@@ -19,6 +19,21 @@ pub(crate) struct SegmentSpectrum {
     pub coefficients: Vec<f64>,
     /// Coefficients that belong to lines and stay out, sorted.
     pub excluded: Vec<Range<usize>>,
+    /// Runs of coefficients and the share of each that went into the end values of quantization noise; empty where they
+    /// were not taken out.
+    pub leverage: Vec<(Range<usize>, f64)>,
+}
+
+impl SegmentSpectrum {
+    /// Number of coefficients among these that the end values took.
+    fn leverage_of(&self, range: &Range<usize>) -> f64 {
+        let first = self.leverage.partition_point(|(r, _)| r.end <= range.start);
+        self.leverage[first..]
+            .iter()
+            .take_while(|(r, _)| r.start < range.end)
+            .map(|(r, share)| (r.end.min(range.end) - r.start.max(range.start)) as f64 * share)
+            .sum()
+    }
 }
 
 /// A column of the regression: its coefficients per segment, from j = 0, zero beyond the end of each list.
@@ -39,6 +54,8 @@ pub(crate) struct Layout {
     bins: usize,
     /// What filling lost samples made of the spectrum, where any were filled.
     pub fill: Option<Arc<Fill>>,
+    /// Whether the end values of quantization noise were taken out.
+    pub ends_taken: bool,
 }
 
 /// Sums over bins of one log.
@@ -58,6 +75,8 @@ pub(crate) struct BinnedLog {
     pub weight: Vec<f64>,
     /// What filling made of the spectrum.
     pub fill: Option<Arc<Fill>>,
+    /// Whether the end values of quantization noise were taken out.
+    pub ends_taken: bool,
     /// Σ c².
     pub yy: Vec<f64>,
     /// Σ c·a, a row a bin.
@@ -71,6 +90,8 @@ pub(crate) struct BinnedLog {
 }
 
 const SINGLES: usize = 48;
+/// Coefficients of which the ends took more than the rest of this share are left out: what is left is rounding.
+const LEAST_LEFT: f64 = 0.1;
 const RATIO: f64 = 1.04;
 
 impl Layout {
@@ -115,7 +136,12 @@ impl Layout {
             }
             pieces.push(own);
         }
-        Self { pieces, bins, fill }
+        Self {
+            pieces,
+            bins,
+            fill,
+            ends_taken: false,
+        }
     }
 
     /// The runs of coefficients of segment `s` that share a bin: first, end.
@@ -153,7 +179,11 @@ impl Layout {
                     if range.is_empty() {
                         return;
                     }
-                    number += range.len() as f64;
+                    let own = range.len() as f64 - segment.leverage_of(&range);
+                    if own < LEAST_LEFT * range.len() as f64 {
+                        return;
+                    }
+                    number += own;
                     yy[b] += sum_of_squares(&segment.coefficients[range.clone()]);
                     for (i, column) in columns.iter().enumerate() {
                         let a = &column[s];
@@ -204,6 +234,7 @@ impl Layout {
         let mut out = BinnedLog {
             columns: p,
             fill: self.fill.clone(),
+            ends_taken: self.ends_taken,
             ..BinnedLog::default()
         };
         for b in 0..bins {
@@ -250,6 +281,11 @@ impl BinnedLog {
             first = end;
         }
         out
+    }
+
+    /// What the two end values add to quantization noise of the shape `q`, where they were not taken out.
+    fn ends_of(&self, q: f64, n: f64) -> f64 {
+        if self.ends_taken { 0.0 } else { (4.0 - q) / n }
     }
 
     /// Counts the coefficients of the last bin as `weight` each.
@@ -313,7 +349,7 @@ impl BinnedLog {
                 let scattered: f64 = (0..leak.len()).map(|s| leak[s] * variogram(index, s)).sum();
                 factor * quadrature(&|u| fill.transfer(u) * shape(u)) + scattered
             };
-            let ends = (4.0 - quadrature(&spectra::quantization)) / n;
+            let ends = self.ends_of(quadrature(&spectra::quantization), n);
             let basis = [
                 filled(0, 1.0, &spectra::quantization) + ends,
                 filled(1, 1.0, &|_| 1.0),
@@ -326,7 +362,7 @@ impl BinnedLog {
             return;
         }
         let q = quadrature(&spectra::quantization);
-        self.basis[0].push(q + (4.0 - q) / n);
+        self.basis[0].push(q + self.ends_of(q, n));
         self.basis[1].push(1.0);
         self.basis[2].push(quadrature(&spectra::flicker) * spectra::flicker_end_factor(j));
         self.basis[3].push(quadrature(&spectra::random_walk));

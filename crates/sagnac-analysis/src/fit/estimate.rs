@@ -7,7 +7,9 @@
 use super::bins::{Column, Layout, SegmentSpectrum};
 use super::checks;
 use super::columns::regressors;
+use super::cumulant;
 use super::dct::{dct2, fast_length};
+use super::ends;
 use super::fill::{Fill, FittedSpectrum};
 use super::goodness;
 use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
@@ -218,13 +220,20 @@ pub(super) fn prepare(
         candidates.gauss_markov = 0;
     }
 
-    // Lines, then a filter's corner, then lines below it alone.
+    // The ends of quantization noise, lines, then a filter's corner, then lines below it alone.
     let mut grown;
-    let mut rounds = 0;
+    let (mut rounds, mut ends_rounds) = (0, 0);
     loop {
         let log = work.layout.sum(&work.segments, &[], work.cut);
         let problem = Problem::new(&[&log], false);
         grown = select::grow(&problem, &candidates);
+        if candidates.quantization
+            && ends_rounds < ends::MOST_ROUNDS
+            && ends::take_out(&mut work, &segments, &problem, &grown.0)
+        {
+            ends_rounds += 1;
+            continue;
+        }
         rounds += 1;
         if candidates.sinusoids && rounds <= 8 && take_lines(&mut work, &grown.0.parameters) {
             continue;
@@ -243,7 +252,7 @@ pub(super) fn prepare(
                 work = anew;
             }
             work.cut = cut;
-            rounds = 0;
+            (rounds, ends_rounds) = (0, 0);
         } else {
             break;
         }
@@ -321,6 +330,7 @@ fn transform(segments: &[Segment<'_>], step_s: f64, samples: usize) -> Option<Wo
                 n,
                 coefficients,
                 excluded: Vec::new(),
+                leverage: Vec::new(),
             }
         })
         .collect();
@@ -468,7 +478,13 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         candidates.random_walk,
     ];
     let mut single = [Estimate::ABSENT; 4];
-    let covariance = profile::covariance(&problem, &best, &free);
+    let mut covariance = profile::covariance(&problem, &best, &free);
+    let quantization = cumulant::apply(
+        &mut covariance,
+        best.parameters[Q],
+        cumulant::excess(data.segments, best.parameters[Q] * work.scale * work.scale),
+        work.samples - work.filled,
+    );
     // Where two rivals are not told apart the intervals of the other terms hold with either.
     let alternative = tests
         .alternative(&candidates)
@@ -489,7 +505,12 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
             });
-            with_either(weak_interval(&problem, &tests, &free, k, own, &units), k)
+            let own = with_either(weak_interval(&problem, &tests, &free, k, own, &units), k);
+            if k == Q {
+                cumulant::narrowed(own, quantization)
+            } else {
+                own
+            }
         } else {
             Estimate::limit(units.root(k, limit(&problem, &tests, k)))
         };

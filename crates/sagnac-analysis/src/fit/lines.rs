@@ -231,6 +231,7 @@ mod tests {
             n,
             coefficients: dct2(&samples, 0.0, &mut RealFftPlanner::new()),
             excluded: Vec::new(),
+            leverage: Vec::new(),
         };
         let lines = take_out(&mut segment, &[(1, n, 1.0)], 8);
         assert_eq!(lines.len(), 1);

@@ -13,7 +13,9 @@
 mod bins;
 mod checks;
 mod columns;
+mod cumulant;
 mod dct;
+mod ends;
 mod estimate;
 mod fill;
 mod filled_deviation;

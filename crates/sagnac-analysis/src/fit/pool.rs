@@ -4,6 +4,7 @@
 //! is χ²_{n−1}; its interval inverts that, the value is the restricted likelihood's. Source: [Viechtbauer2007]. An upper
 //! limit is at least the median one of runs without such scatter, v̄·(χ²_{0.5}/χ²_{0.05} − 1), v̄ the harmonic mean of v_i.
 
+use super::cumulant;
 use super::estimate::{Prepared, prepare};
 use super::goodness::chi_squared_tail;
 use super::likelihood::{B, K, N, Problem, Q};
@@ -80,7 +81,20 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
     let tests = select::test(&problem, &candidates, select::grow(&problem, &candidates));
     let free = tests.kept(&candidates);
     let best = select::final_fit(&problem, &tests.full, &free);
-    let covariance = profile::covariance(&problem, &best, &free);
+    let mut covariance = profile::covariance(&problem, &best, &free);
+    let theta = best.parameters[Q] * first.1.work.scale * first.1.work.scale;
+    let (mut samples, mut excess) = (0, 0.0);
+    for (i, p) in &prepared {
+        let own = p.work.samples - p.work.filled;
+        samples += own;
+        excess += own as f64 * cumulant::excess(logs[*i].segments, theta);
+    }
+    let quantization = cumulant::apply(
+        &mut covariance,
+        best.parameters[Q],
+        excess / samples.max(1) as f64,
+        samples,
+    );
     // Where two rivals are not told apart the intervals of the other terms hold with either.
     let alternative = tests
         .alternative(&candidates)
@@ -108,7 +122,12 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
             let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
                 units.root(k, v)
             });
-            with_either(own, k)
+            let own = with_either(own, k);
+            if k == Q {
+                cumulant::narrowed(own, quantization)
+            } else {
+                own
+            }
         } else {
             Estimate::limit(units.root(k, limit(&problem, &tests, k)))
         };

@@ -207,6 +207,7 @@ mod tests {
             n,
             coefficients: Vec::new(),
             excluded: Vec::new(),
+            leverage: Vec::new(),
         }];
         assert_column(&line(&segment), |k| k, n);
         assert_column(
