@@ -85,6 +85,15 @@ fn group<const N: usize>(
     Ok(out.try_into().ok())
 }
 
+/// The velocity north, east, down that a reference states beside its positions, m/s, row by row.
+///
+/// # Errors
+/// A part of the three columns, or a unit of another dimension.
+pub(crate) fn velocities(log: &Log, label: &str) -> Result<Option<[Vec<f64>; 3]>, Error> {
+    let names: [&[&str]; 3] = [&["velocity_north"], &["velocity_east"], &["velocity_down"]];
+    group(log, names, Dimension::SPEED, label)
+}
+
 /// The path and attitude that a log or a file of way points holds (navigation.md §1.3); rows with a NaN are left out.
 ///
 /// # Errors

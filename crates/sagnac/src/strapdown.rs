@@ -1,7 +1,11 @@
 //! `strapdown`: position, velocity and attitude from a log, beginning at a reference's first row (navigation.md §2).
+//!
+//! The start velocity is the reference's own where it states one (`velocity_north`, `_east`, `_down`), else the slope of
+//! the spline through its positions.
 
 use sagnac_core::Sensor;
 use sagnac_log::{Block, Channel, Layout, Log, LogWriter, Stamps};
+use sagnac_nav::attitude::mul_vec;
 use sagnac_nav::strapdown::{Sculling, State, Strapdown, Vertical};
 use sagnac_nav::trajectory::{Motion, PathAttitude};
 use sagnac_nav::{Earth, Start, Trajectory};
@@ -9,7 +13,7 @@ use sagnac_report::text::{Document, Style, duration, group_thousands, significan
 use serde_json::{Value, json};
 
 use crate::Error;
-use crate::path::path;
+use crate::path::{path, velocities};
 
 /// What to integrate.
 #[derive(Debug, Clone, Copy)]
@@ -43,6 +47,8 @@ pub struct StrapdownOutcome {
     pub end: Motion,
     /// Distance to the reference at the end, m, where the reference reaches so far.
     pub end_error_m: Option<f64>,
+    /// Whether the start velocity is the one that the reference states, not the slope of its positions.
+    pub has_stated_velocity: bool,
     /// Files written, filled in by the caller.
     pub files: Vec<String>,
     /// Gaps that were bridged.
@@ -156,7 +162,12 @@ pub fn strapdown(
         previous = log.time_s(begin) - dt;
     }
     let truth = |t: f64| trajectory.at((t - first_s).clamp(0.0, reach_s));
-    let initial: State = truth(previous).into();
+    let mut initial: State = truth(previous).into();
+    let stated = stated_velocity(request, previous)?;
+    if let Some(velocity_n) = stated {
+        let place = truth(previous).place;
+        initial.velocity_e = mul_vec(&place.e_from_n(), velocity_n);
+    }
     let mut nav = Strapdown::<1>::new(request.earth, request.sculling, request.vertical, [initial]);
     let mut block = Block::with_columns(NAMES.len());
     let mut gaps = 0;
@@ -231,9 +242,27 @@ pub fn strapdown(
         duration_s: previous - start_time,
         end: state.motion(request.earth),
         end_error_m,
+        has_stated_velocity: stated.is_some(),
         files: Vec::new(),
         gaps,
     })
+}
+
+/// The velocity north, east, down of the reference's row at this time of the log, where it states one: the slope of
+/// the spline at its end magnifies the last digit of the positions to 1e-6 m/s, which a free height turns into metres.
+fn stated_velocity(request: &StrapdownRequest<'_>, time_s: f64) -> Result<Option<[f64; 3]>, Error> {
+    let reference = request.reference;
+    let Some(columns) = velocities(reference, request.reference_label)? else {
+        return Ok(None);
+    };
+    let time_of = |k: usize| match (reference.stamps.get(k), request.log.stamps.get(0)) {
+        (Some(row), Some(first)) => row.since(first),
+        _ => reference.time_s(k),
+    };
+    let row = (0..reference.rows).find(|&k| (time_of(k) - time_s).abs() < 1e-8);
+    Ok(row
+        .map(|k| [0, 1, 2].map(|i: usize| columns[i][k]))
+        .filter(|v| v.iter().all(|x| x.is_finite())))
 }
 
 fn slice(stamps: &Stamps, from: usize, to: usize) -> Stamps {
@@ -263,6 +292,7 @@ impl StrapdownOutcome {
                 "heading_rad": m.heading_rad,
             },
             "end_error_m": self.end_error_m,
+            "start_velocity": if self.has_stated_velocity { "stated" } else { "slope" },
             "gaps": self.gaps,
         })
     }
@@ -272,9 +302,14 @@ impl StrapdownOutcome {
         let mut doc = Document::new();
         let m = &self.end;
         doc.paragraph(format!(
-            "Integrated {} samples, {}.",
+            "Integrated {} samples, {}, from the velocity that {}.",
             group_thousands(&self.samples.to_string()),
-            duration(self.duration_s)
+            duration(self.duration_s),
+            if self.has_stated_velocity {
+                "the reference states"
+            } else {
+                "the slope of the reference's positions gives"
+            }
         ));
         doc.paragraph(format!(
             "It ends at {:.7} deg, {:.7} deg, {} m, heading {:.2} deg, {} m/s over ground.",
