@@ -335,30 +335,50 @@ pub(crate) enum CalibrationOption {
     None,
 }
 
+/// The error of an option that a recording settles itself.
+fn beside_recording(option: &str, why: &str) -> Error {
+    Error::usage(format!("{option} has no meaning with --log: {why}"))
+        .at(option.to_owned())
+        .advise(format!("leave {option} out, or leave out --log"))
+}
+
+/// Refuses the first option that was given: (option, whether it was, why a recording settles it).
+pub(crate) fn refuse_first(options: &[(&str, bool, &str)]) -> Result<(), Error> {
+    match options.iter().find(|(_, given, _)| *given) {
+        Some((option, _, why)) => Err(beside_recording(option, why)),
+        None => Ok(()),
+    }
+}
+
 /// What `drift` and `budget` share.
 #[derive(clap::Args, Clone)]
 #[command(next_help_heading = "The run")]
 pub(crate) struct RunOptions {
     /// A name (rest, turn, coning, figure-eight, drive, flight, walking, rocket), or a file
+    #[arg(long, value_name = "NAME|F")]
+    trajectory: Option<String>,
+    /// Start attitude: perfect, self, or 'roll=0.1deg, pitch=0.1deg, heading=1deg' [default: perfect]
+    #[arg(long, value_name = "HOW")]
+    alignment: Option<String>,
+    /// What is taken out before [default: model]
     #[arg(
         long,
-        value_name = "NAME|F",
-        default_value = "rest",
-        hide_default_value = true
+        value_enum,
+        value_name = "model|perfect|none",
+        hide_possible_values = true
     )]
-    pub(crate) trajectory: String,
-    /// Start attitude: perfect, self, or 'roll=0.1deg, pitch=0.1deg, heading=1deg'
-    #[arg(long, value_name = "HOW", default_value = "perfect")]
-    alignment: String,
-    /// What is taken out before
-    #[arg(long, value_enum, default_value_t = CalibrationOption::Model, value_name = "model|perfect|none", hide_possible_values = true)]
-    calibration: CalibrationOption,
-    /// What holds the height
-    #[arg(long, value_enum, default_value_t = Vertical::Fixed, value_name = "fixed|free|baro", hide_possible_values = true)]
-    pub(crate) vertical: Vertical,
-    /// Samples in the coning and sculling terms
-    #[arg(long, value_enum, default_value_t = Sculling::Five, value_name = "two|five", hide_possible_values = true)]
-    pub(crate) sculling: Sculling,
+    calibration: Option<CalibrationOption>,
+    /// What holds the height [default: fixed]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "fixed|free|baro",
+        hide_possible_values = true
+    )]
+    vertical: Option<Vertical>,
+    /// Samples in the coning and sculling terms [default: five]
+    #[arg(long, value_enum, value_name = "two|five", hide_possible_values = true)]
+    sculling: Option<Sculling>,
     /// '40 degC', 'ramp 20 degC 60 degC', 'cycle -20 degC 70 degC 2 h', or a file with time and temperature
     #[arg(long, value_name = "PROFILE", allow_hyphen_values = true)]
     temperature: Option<String>,
@@ -371,30 +391,90 @@ pub(crate) struct RunOptions {
 impl RunOptions {
     /// The motion.
     pub(crate) fn trajectory(&self, context: &Context) -> Result<Trajectory, Error> {
-        trajectory(&self.trajectory, &self.start, &self.reference, context)
+        let name = self.trajectory.as_deref().unwrap_or("rest");
+        trajectory(name, &self.start, &self.reference, context)
+    }
+
+    /// What holds the height.
+    pub(crate) fn vertical(&self) -> strapdown::Vertical {
+        self.vertical.unwrap_or(Vertical::Fixed).into()
+    }
+
+    /// Samples in the coning and sculling terms.
+    pub(crate) fn sculling(&self) -> strapdown::Sculling {
+        self.sculling.unwrap_or(Sculling::Five).into()
+    }
+
+    /// Refuses what a recording settles itself: its reference is the path and the start, it is integrated with five
+    /// samples and a free height, and shown both as recorded and corrected (navigation.md §3.6).
+    pub(crate) fn refuse_beside_recording(&self) -> Result<(), Error> {
+        let settled = [
+            (
+                "--trajectory",
+                self.trajectory.is_some(),
+                "the recording has its own path, its --reference",
+            ),
+            (
+                "--alignment",
+                self.alignment
+                    .as_deref()
+                    .is_some_and(|how| how != "perfect"),
+                "a recording starts from the attitude of its --reference",
+            ),
+            (
+                "--calibration",
+                !matches!(self.calibration, None | Some(CalibrationOption::Model)),
+                "a recording is shown both as recorded and as corrected by the model",
+            ),
+            (
+                "--vertical",
+                !matches!(self.vertical, None | Some(Vertical::Free)),
+                "a recording is integrated with the height free",
+            ),
+            (
+                "--sculling",
+                self.sculling == Some(Sculling::Two),
+                "a recording is integrated with five samples",
+            ),
+            (
+                "--temperature",
+                self.temperature.is_some(),
+                "a recording has its own temperature, the log's",
+            ),
+        ];
+        refuse_first(&settled)?;
+        let own_attitude = ["--heading", "--roll", "--pitch"];
+        match self.start.given().iter().find(|o| own_attitude.contains(o)) {
+            Some(option) => Err(beside_recording(
+                option,
+                "a recording starts from the attitude of its --reference",
+            )),
+            None => Ok(()),
+        }
     }
 
     /// What is corrected.
     pub(crate) fn calibration(&self) -> Calibration {
         match self.calibration {
-            CalibrationOption::Model => Calibration::Model,
-            CalibrationOption::Perfect => Calibration::Perfect,
-            CalibrationOption::None => Calibration::None,
+            None | Some(CalibrationOption::Model) => Calibration::Model,
+            Some(CalibrationOption::Perfect) => Calibration::Perfect,
+            Some(CalibrationOption::None) => Calibration::None,
         }
     }
 
     /// The start attitude.
     pub(crate) fn alignment(&self) -> Result<Alignment, Error> {
-        match self.alignment.as_str() {
+        let text = self.alignment.as_deref().unwrap_or("perfect");
+        match text {
             "perfect" => return Ok(Alignment::Perfect),
             "self" => return Ok(Alignment::SelfAligned),
             _ => {}
         }
         let mut angles = [0.0; 3];
-        for part in self.alignment.split(',') {
+        for part in text.split(',') {
             let wrong = || {
                 Error::usage(format!("\"{}\" is no alignment", part.trim()))
-                    .at(format!("--alignment {}", self.alignment))
+                    .at(format!("--alignment {text}"))
                     .advise("write perfect, self, or 'roll=0.1deg, pitch=0.1deg, heading=1deg'")
             };
             let (name, value) = part.split_once('=').ok_or_else(wrong)?;

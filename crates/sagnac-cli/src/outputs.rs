@@ -187,6 +187,20 @@ impl Output {
         })
     }
 
+    /// Claims a drawing, whose name must say how it is drawn: F.svg or F.png.
+    pub(crate) fn claim_picture(path: &Path, force: bool) -> Result<Self, Error> {
+        let extension = path.extension().and_then(|e| e.to_str());
+        let known = |e: &str| ["svg", "png"].iter().any(|k| e.eq_ignore_ascii_case(k));
+        if !extension.is_some_and(known) {
+            return Err(
+                Error::usage(format!("a picture cannot be written as {}", path.display()))
+                    .at("-o")
+                    .advise("name it F.svg or F.png"),
+            );
+        }
+        Self::claim(path, "-o", force)
+    }
+
     /// The name as it will be printed.
     pub(crate) fn name(&self) -> String {
         self.path.display().to_string()

@@ -11,6 +11,7 @@
 //! ```
 
 mod recording;
+mod recording_view;
 mod view;
 
 use std::sync::Arc;

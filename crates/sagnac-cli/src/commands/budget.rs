@@ -85,8 +85,8 @@ impl Common {
                 .transpose()?,
             alignment: self.run.alignment()?,
             calibration: self.run.calibration(),
-            vertical: self.run.vertical.into(),
-            sculling: self.run.sculling.into(),
+            vertical: self.run.vertical(),
+            sculling: self.run.sculling(),
             temperature: self.run.temperature(after_s)?,
             confirm: confirm.then_some((self.runs, self.seed)),
             ..BudgetRequest::new(&catalogue, &trajectory, figure, limit_m, after_s)

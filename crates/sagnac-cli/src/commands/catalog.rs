@@ -120,12 +120,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
                     .map_err(|error| option_error("--sort", error))?,
                 accelerometers: about("accel.") && !about("gyro."),
             };
-            let claim = |path: &Option<PathBuf>, option: &str| {
-                path.as_deref()
-                    .map(|p| Output::claim(p, option, list.force))
-                    .transpose()
-            };
-            let (report, picture) = (claim(&list.report, "--report")?, claim(&list.output, "-o")?);
+            let report = list.report.as_deref();
+            let report = report.map(|p| Output::claim(p, "--report", list.force));
+            let picture = list.output.as_deref();
+            let picture = picture.map(|p| Output::claim_picture(p, list.force));
+            let (report, picture) = (report.transpose()?, picture.transpose()?);
             let catalogue = list.catalog.open()?;
             let outcome = catalog::list(&catalogue, &request)?;
             context.show(|| outcome.document(), || outcome.to_json())?;

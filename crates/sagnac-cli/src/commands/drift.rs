@@ -8,9 +8,10 @@ use sagnac::drift::{DriftRequest, Method, RecordingRequest, drift_with_progress,
 use sagnac::model::units::Dimension;
 use sagnac::report::html::{Opening, Rich};
 
+use crate::commands::characterize::command_line;
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
-use crate::motion::RunOptions;
+use crate::motion::{RunOptions, refuse_first};
 use crate::outputs::{Output, publish_all};
 use crate::quantities::optional;
 
@@ -27,15 +28,20 @@ pub(crate) struct Args {
     /// Length of the run [default: 1h, or the path's]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<String>,
-    /// The covariance, or many runs of the whole sensor and strapdown
-    #[arg(long, value_enum, default_value_t = MethodOption::Covariance, value_name = "covariance|monte-carlo", hide_possible_values = true)]
-    method: MethodOption,
-    /// Seed of the Monte Carlo
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-    /// Runs of the Monte Carlo
-    #[arg(long, value_name = "N", default_value_t = 200)]
-    runs: u32,
+    /// The covariance, or many runs of the whole sensor and strapdown [default: covariance]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "covariance|monte-carlo",
+        hide_possible_values = true
+    )]
+    method: Option<MethodOption>,
+    /// Seed of the Monte Carlo [default: 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Runs of the Monte Carlo [default: 200]
+    #[arg(long, value_name = "N")]
+    runs: Option<u32>,
     /// A recording to integrate instead
     #[arg(long, value_name = "LOG", requires = "reference_file")]
     log: Option<PathBuf>,
@@ -71,6 +77,44 @@ enum MethodOption {
     MonteCarlo,
 }
 
+impl Args {
+    /// The outputs, page and picture.
+    fn claim(&self) -> Result<(Option<Output>, Option<Output>), Error> {
+        let report = self.report.as_deref();
+        let report = report.map(|p| Output::claim(p, "--report", self.force));
+        let picture = self.output.as_deref();
+        let picture = picture.map(|p| Output::claim_picture(p, self.force));
+        Ok((report.transpose()?, picture.transpose()?))
+    }
+
+    /// Refuses what a recording settles itself.
+    fn refuse_beside_recording(&self) -> Result<(), Error> {
+        refuse_first(&[
+            (
+                "--duration",
+                self.duration.is_some(),
+                "a recording is integrated over 1 s to 60 s from many starts",
+            ),
+            (
+                "--method",
+                self.method == Some(MethodOption::MonteCarlo),
+                "beside a recording stands what the covariance predicts",
+            ),
+            (
+                "--seed",
+                self.seed.is_some(),
+                "nothing is drawn, beside a recording stands what the covariance predicts",
+            ),
+            (
+                "--runs",
+                self.runs.is_some(),
+                "nothing is drawn, beside a recording stands what the covariance predicts",
+            ),
+        ])?;
+        self.run.refuse_beside_recording()
+    }
+}
+
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     if let (Some(log), Some(reference)) = (&args.log, &args.reference) {
         return on_recording(args, context, log, reference);
@@ -78,16 +122,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let duration_s = optional("--duration", args.duration.as_deref(), Dimension::TIME)?;
     let rate_hz = args.reading.read_options()?.rate_hz;
     let alignment = args.run.alignment()?;
-    let report = args
-        .report
-        .as_deref()
-        .map(|p| Output::claim(p, "--report", args.force))
-        .transpose()?;
-    let picture = args
-        .output
-        .as_deref()
-        .map(|p| Output::claim(p, "-o", args.force))
-        .transpose()?;
+    let (report, picture) = args.claim()?;
     let trajectory = args.run.trajectory(context)?;
     let model = inputs::model(&args.model)?;
     let temperature = args
@@ -97,16 +132,16 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         duration_s,
         rate_hz,
         method: match args.method {
-            MethodOption::Covariance => Method::Covariance,
-            MethodOption::MonteCarlo => Method::MonteCarlo,
+            None | Some(MethodOption::Covariance) => Method::Covariance,
+            Some(MethodOption::MonteCarlo) => Method::MonteCarlo,
         },
         alignment,
         calibration: args.run.calibration(),
-        vertical: args.run.vertical.into(),
-        sculling: args.run.sculling.into(),
+        vertical: args.run.vertical(),
+        sculling: args.run.sculling(),
         temperature,
-        seed: args.seed,
-        runs: args.runs,
+        seed: args.seed.unwrap_or(0),
+        runs: args.runs.unwrap_or(200),
         ..DriftRequest::new(&model, &trajectory)
     };
     let mut progress = None;
@@ -125,19 +160,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     context.show(|| outcome.document(), || outcome.to_json())?;
     let mut outputs = Vec::new();
     if report.is_some() || picture.is_some() {
-        let command: Vec<String> = std::env::args()
-            .skip(1)
-            .map(|a| {
-                if a.contains([' ', '\'']) {
-                    format!("'{a}'")
-                } else {
-                    a
-                }
-            })
-            .collect();
         let page = outcome.page(Opening {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            command: format!("sagnac {}", command.join(" ")),
+            command: command_line(),
             method: Rich::new().plain(
                 "Covariance: each independent source of error propagated alone along the true path; the shares sum to one. Monte Carlo: the whole sensor, its correction and the strapdown at full rate.",
             ),
@@ -184,6 +209,8 @@ fn on_recording(
     log: &std::path::Path,
     reference: &std::path::Path,
 ) -> Result<(), Error> {
+    args.refuse_beside_recording()?;
+    let (report, picture) = args.claim()?;
     let model = inputs::model(&args.model)?;
     let (mut reader, _) = args.reading.open(log)?;
     let log_data = sagnac::log::Log::read(&mut reader).map_err(Error::from)?;
@@ -197,5 +224,20 @@ fn on_recording(
         start: args.run.start.start()?,
         earth: args.run.start.earth(),
     })?;
-    context.show(|| outcome.document(), || outcome.to_json())
+    context.show(|| outcome.document(), || outcome.to_json())?;
+    let mut outputs = Vec::new();
+    if let Some(mut out) = picture {
+        put_svg(&mut out, &outcome.chart().draw())?;
+        outputs.push(out);
+    }
+    if let Some(mut out) = report {
+        let page = outcome.page(Opening {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command_line(),
+            ..Opening::default()
+        });
+        out.put(page.html().as_bytes())?;
+        outputs.push(out);
+    }
+    context.wrote(&publish_all(outputs)?)
 }

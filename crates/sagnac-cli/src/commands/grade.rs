@@ -75,7 +75,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let picture = args
         .output
         .as_deref()
-        .map(|p| Output::claim(p, "-o", args.force))
+        .map(|p| Output::claim_picture(p, args.force))
         .transpose()?;
     let catalogue = args.catalog.open()?;
     let models = args

@@ -39,7 +39,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let picture = args
         .output
         .as_deref()
-        .map(|path| Output::claim(path, "-o", args.force))
+        .map(|path| Output::claim_picture(path, args.force))
         .transpose()?;
     let page = args
         .report

@@ -15,7 +15,7 @@ pub use rich::Rich;
 pub use table::{HtmlCell, HtmlTable};
 pub use views::{
     BudgetRow, ChartPage, ComparePage, CompareRow, DriftPage, ExplainPage, Opening, RandomRow,
-    ResponsePage, ResponseRow,
+    RecordingPage, ResponsePage, ResponseRow,
 };
 
 use core::fmt::Write as _;

@@ -5,8 +5,8 @@
 
 use super::{Block, Breadth, HtmlCell, HtmlTable, Input, Page, Rich, Section};
 use crate::plots::{
-    AllanPanel, DriftCloud, DriftGrowth, DriftShare, ExplainPanel, ResponsePlots, ScatterChart,
-    allan_panels, explain_panels,
+    AllanPanel, DriftCloud, DriftGrowth, DriftShare, ExplainPanel, Figure, ResponsePlots,
+    ScatterChart, allan_panels, explain_panels,
 };
 
 /// What every page opens and closes with.
@@ -298,6 +298,29 @@ impl DriftPage {
             );
         }
         sections
+    }
+}
+
+/// The page of `drift` on a recording: curves, and the table of their numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RecordingPage {
+    /// Words and facts.
+    pub opening: Opening,
+    /// Error over the time since the start.
+    pub figure: Figure,
+    /// Its numbers.
+    pub table: HtmlTable,
+}
+
+impl RecordingPage {
+    /// The page as one file of HTML.
+    pub fn html(&self) -> String {
+        let sections = vec![
+            Section::new("growth", "", "").with(Block::Wide(self.figure.clone())),
+            Section::new("parameters", "Error after each time", "")
+                .with(Block::Table(self.table.clone())),
+        ];
+        self.opening.page("drift", "drift", sections).html()
     }
 }
 

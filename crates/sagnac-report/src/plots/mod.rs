@@ -104,7 +104,7 @@ pub fn axis_title(axis: &str) -> String {
 }
 
 /// A plot of a page: its drawing, or a wide and a narrow one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figure {
     /// Name of the plot, the value of `data-plot`.
     pub plot: String,

@@ -9,8 +9,6 @@ use sagnac_nav::sensor::Calibration;
 use sagnac_nav::strapdown::{Sculling, State, Strapdown, Vertical};
 use sagnac_nav::trajectory::{PathAttitude, PathData, PathPosition};
 use sagnac_nav::{Earth, Start, Trajectory};
-use sagnac_report::text::{Align, Cell, Document, Style, Table, significant};
-use serde_json::{Value, json};
 
 use crate::Error;
 use crate::motion::sensor_errors;
@@ -46,6 +44,8 @@ pub struct RecordingRequest<'a> {
 pub struct RecordingOutcome {
     /// The sensor's name.
     pub sensor: String,
+    /// Labels of the log and of its reference.
+    pub labels: [String; 2],
     /// Horizons, s.
     pub horizon_s: Vec<f64>,
     /// Starts that count.
@@ -142,6 +142,7 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
     let mean = |h: usize, sum: f64| (counts[h] > 0).then(|| (sum / counts[h] as f64).sqrt());
     Ok(RecordingOutcome {
         sensor: request.model.name().to_owned(),
+        labels: [request.log_label, request.reference_label].map(str::to_owned),
         horizon_s: HORIZONS_S.to_vec(),
         raw_m: (0..HORIZONS_S.len())
             .map(|h| mean(h, squares[h][0]))
@@ -347,78 +348,4 @@ fn predict(
         .total
         .last()
         .map_or(0.0, |s| s.variance[..3].iter().sum()))
-}
-
-impl RecordingOutcome {
-    /// `{"horizon_s", "starts", "rms_raw_m", "rms_corrected_m", "rms_predicted_m"}`.
-    pub fn to_json(&self) -> Value {
-        json!({
-            "sensor": self.sensor,
-            "horizon_s": self.horizon_s,
-            "starts": self.starts,
-            "rms_raw_m": self.raw_m,
-            "rms_corrected_m": self.corrected_m,
-            "rms_predicted_m": self.predicted_m,
-        })
-    }
-
-    /// The result as people read it.
-    pub fn document(&self) -> Document {
-        let mut doc = Document::new();
-        let best = (0..self.horizon_s.len())
-            .rev()
-            .find(|&h| self.starts[h] > 0);
-        match best {
-            Some(h) => {
-                let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| significant(x, 3));
-                doc.paragraph(format!(
-                    "After {} s the log as recorded is off by {} m (RMS over {} starts), corrected by the model by {} m; the model predicts {} m.",
-                    self.horizon_s[h],
-                    number(self.raw_m[h]),
-                    self.starts[h],
-                    number(self.corrected_m[h]),
-                    number(self.predicted_m[h])
-                ));
-            }
-            None => {
-                doc.paragraph(
-                    "No start counts: log and reference have gaps near every one of them.",
-                );
-            }
-        }
-        doc.blank();
-        let mut table = Table::new(
-            &[
-                "time",
-                "starts",
-                "recorded, m",
-                "corrected, m",
-                "predicted, m",
-            ],
-            &[
-                Align::Right,
-                Align::Right,
-                Align::Point,
-                Align::Point,
-                Align::Point,
-            ],
-        );
-        for h in 0..self.horizon_s.len() {
-            let cell = |x: Option<f64>| Cell::from(x.map_or("-".to_owned(), |x| significant(x, 3)));
-            table.row([
-                Cell::from(format!("{} s", self.horizon_s[h])),
-                Cell::from(self.starts[h].to_string()),
-                cell(self.raw_m[h]),
-                cell(self.corrected_m[h]),
-                cell(self.predicted_m[h]),
-            ]);
-        }
-        doc.table(table);
-        doc
-    }
-
-    /// The result as text of at most 80 columns.
-    pub fn to_text(&self) -> String {
-        self.document().render(Style::PLAIN)
-    }
 }
