@@ -1,5 +1,9 @@
 //! Position drift by error covariance: P = Σ P_i over the independent sources, with its budget (navigation.md §3.1, §3.2).
 
+mod doubt;
+
+pub use doubt::Doubt;
+
 use crate::Error;
 use crate::covariance::{Kind, Propagator, REPORTS, Response, Spread, Timeline};
 use crate::ellipse::Horizontal;

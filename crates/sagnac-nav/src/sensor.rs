@@ -245,7 +245,7 @@ impl SensorErrors {
                     ),
                     Output::Increment => push(
                         format!("{key}.resolution"),
-                        process(Process::Quantization { dt_s }),
+                        process(Process::Rounding { dt_s }),
                         lsb / 12f64.sqrt(),
                     ),
                 }

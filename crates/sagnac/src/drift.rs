@@ -16,13 +16,16 @@ mod view;
 
 use std::sync::Arc;
 
+use sagnac_core::Sensor;
 use sagnac_model::Model;
 use sagnac_nav::Trajectory;
-use sagnac_nav::drift::{Alignment, CovarianceDrift, Scene, Setting};
+use sagnac_nav::drift::{Alignment, CovarianceDrift, Doubt, Scene, Setting};
+use sagnac_nav::earth::STANDARD_GRAVITY_M_S2;
 use sagnac_nav::ellipse::Sampled;
 use sagnac_nav::monte_carlo::{MonteCarloDrift, Request, monte_carlo};
 use sagnac_nav::sensor::Calibration;
 use sagnac_nav::strapdown::{Sculling, Vertical};
+use sagnac_report::text::general;
 use serde_json::{Value, json};
 
 use crate::Error;
@@ -139,6 +142,8 @@ pub struct DriftOutcome {
     pub notes: Vec<String>,
     /// Values of the terms in the model, for people.
     pub values: Vec<(String, String)>,
+    /// What the sensor does here that no covariance holds.
+    pub doubts: Vec<Doubt>,
 }
 
 /// Predicts the drift.
@@ -186,6 +191,7 @@ pub fn drift_with_progress(
     if request.rate_hz.is_none() && request.model.sample_rate_hz().is_none() {
         notes.push("the model has no sample_rate: 100 Hz is taken".to_owned());
     }
+    let doubts = scene.doubts(&sensor, &covariance);
     let values = covariance
         .terms()
         .iter()
@@ -208,6 +214,7 @@ pub fn drift_with_progress(
         at_rest: request.trajectory.is_rest(),
         notes,
         values,
+        doubts,
     })
 }
 
@@ -266,18 +273,25 @@ impl DriftOutcome {
         )
     }
 
-    /// Whether linear numbers hold.
+    /// Whether the covariance is a good number.
     pub fn is_valid(&self) -> bool {
-        self.covariance.is_valid()
+        self.invalid_because().is_empty()
+    }
+
+    /// Why the covariance is none.
+    pub fn invalid_because(&self) -> Vec<String> {
+        let mut out: Vec<String> = self.doubts.iter().map(doubt_text).collect();
+        if !self.covariance.is_valid() {
+            out.push("the errors leave the linear range (attitude beyond 0.1 rad or position beyond 100 km): the covariance is an order of magnitude only".to_owned());
+        }
+        out
     }
 
     /// Warnings for standard error.
     pub fn warnings(&self) -> Vec<String> {
         let mut out = Vec::new();
         out.extend(warning_of_missing(&self.missing));
-        if !self.is_valid() {
-            out.push("the errors leave the linear range (attitude beyond 0.1 rad or position beyond 100 km): the covariance is an order of magnitude only".to_owned());
-        }
+        out.extend(self.invalid_because());
         if let Some(m) = &self.monte_carlo {
             if m.clipped > 0 {
                 out.push(format!(
@@ -363,10 +377,51 @@ impl DriftOutcome {
             "vertical": vertical_key(self.setting.vertical),
             "calibration": calibration_key(self.setting.calibration),
             "valid": self.is_valid(),
+            "invalid_because": self.invalid_because(),
             "missing": self.missing,
             "clipped": self.monte_carlo.as_ref().map_or(0, |m| m.clipped),
             "warnings": self.warnings(),
         })
+    }
+}
+
+/// A rate or a force with its unit.
+fn output_text(sensor: Sensor, value: f64) -> String {
+    match sensor {
+        Sensor::Gyro => format!("{} deg/s", general(value.to_degrees(), 3)),
+        Sensor::Accel => format!("{} g", general(value / STANDARD_GRAVITY_M_S2, 3)),
+    }
+}
+
+/// A doubt as a warning.
+pub(crate) fn doubt_text(doubt: &Doubt) -> String {
+    match *doubt {
+        Doubt::Clipped {
+            sensor,
+            axis,
+            reaches,
+            time_s,
+            limit,
+        } => format!(
+            "the motion asks {} of {} {} at {} s, beyond its range of {}: the covariance does not know what is cut off, --method monte-carlo does",
+            output_text(sensor, reaches),
+            sensor.name(),
+            axis.key(),
+            general(time_s, 4),
+            output_text(sensor, limit)
+        ),
+        Doubt::Sticks {
+            sensor,
+            axis,
+            step,
+            noise,
+        } => format!(
+            "the steps of {} {}, {}, are too coarse for its noise of {} steps (1 sigma, 0.35 are needed): the output sticks, and the covariance takes rounding for white noise; --method monte-carlo rounds",
+            sensor.name(),
+            axis.key(),
+            output_text(sensor, step),
+            general(noise, 2)
+        ),
     }
 }
 

@@ -1,11 +1,13 @@
 //! Error covariance: every independent source propagated alone along the true trajectory, P = Σ P_i (navigation.md §3.1).
 
+mod reach;
 mod shaping;
 mod source;
 mod stretch;
 
 use crate::attitude::{Vec3, mul_vec};
 use crate::ellipse::Horizontal;
+pub use reach::Reach;
 use shaping::{Discrete, ORDERS, STATES};
 pub use shaping::{Process, flicker_ladder};
 use source::Input;

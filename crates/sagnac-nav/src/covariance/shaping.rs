@@ -40,6 +40,11 @@ pub enum Process {
         /// Sampling interval, s.
         dt_s: f64,
     },
+    /// The same from q_0 = 0 on: increments rounded with a residue that a run begins without (model.md §2).
+    Rounding {
+        /// Sampling interval, s.
+        dt_s: f64,
+    },
 }
 
 /// A process over one stretch.
@@ -92,7 +97,7 @@ impl Process {
     /// Covariance of the states at t = 0.
     pub fn initial(&self) -> [[f64; STATES]; STATES] {
         match *self {
-            Self::White | Self::RandomWalk => [[0.0; 2]; 2],
+            Self::White | Self::RandomWalk | Self::Rounding { .. } => [[0.0; 2]; 2],
             Self::GaussMarkov { .. } | Self::Quantization { .. } => [[1.0, 0.0], [0.0, 0.0]],
             // The second state is ẋ/ω.
             Self::Resonance { .. } => [[1.0, 0.0], [0.0, 1.0]],
@@ -105,7 +110,7 @@ impl Process {
         // System matrix and noise intensity with time counted in stretches.
         let (a, q): ([[f64; 2]; 2], [[f64; 2]; 2]) = match *self {
             Self::White => return white(h),
-            Self::Quantization { dt_s } => return quantization(h, dt_s),
+            Self::Quantization { dt_s } | Self::Rounding { dt_s } => return quantization(h, dt_s),
             Self::RandomWalk => ([[0.0; 2]; 2], [[h, 0.0], [0.0, 0.0]]),
             Self::GaussMarkov { correlation_time_s } => {
                 let x = h / correlation_time_s;

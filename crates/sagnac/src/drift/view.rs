@@ -214,7 +214,12 @@ impl DriftOutcome {
             let interval = found.cep(0.0005)[59].interval_m;
             let agree =
                 interval[0].is_none_or(|l| whole >= l) && interval[1].is_none_or(|u| whole <= u);
-            let text = if !self.is_valid() {
+            let text = if !self.doubts.is_empty() {
+                format!(
+                    "The covariance gives {}, and does not hold here: take the Monte Carlo.",
+                    length(whole)
+                )
+            } else if !self.is_valid() {
                 format!(
                     "The covariance gives {}: beyond the linear range, an order of magnitude only.",
                     length(whole)
