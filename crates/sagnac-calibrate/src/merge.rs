@@ -74,6 +74,9 @@ pub enum Error {
     /// Nothing to merge.
     #[error("no calibration has parameters with standard errors")]
     Nothing,
+    /// A combination of parameters of which nothing is known.
+    #[error("the covariances leave a combination of the parameters undetermined")]
+    Singular,
 }
 
 impl Error {
@@ -83,6 +86,7 @@ impl Error {
             Self::Covariance { .. } => {
                 "repair its [[calibration]] block, or leave out `covariance` so that its sigmas count".to_owned()
             }
+            Self::Singular => "name the model that determines it as well, or write the covariance of independent parameters".to_owned(),
             Self::Nothing => "name models that sagnac calibrate or characterize wrote".to_owned(),
         }
     }
@@ -139,7 +143,13 @@ pub fn merge(parts: &[Part], to_fixture: bool) -> Result<Merged, Error> {
     if wants && let Some(found) = attempt(parts, true)? {
         return Ok(found);
     }
-    attempt(parts, false)?.ok_or(Error::Nothing)
+    attempt(parts, false)?.ok_or_else(|| {
+        if parts.iter().all(|p| rows(p).is_empty()) {
+            Error::Nothing
+        } else {
+            Error::Singular
+        }
+    })
 }
 
 fn attempt(parts: &[Part], turned: bool) -> Result<Option<Merged>, Error> {

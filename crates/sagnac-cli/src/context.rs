@@ -208,6 +208,10 @@ pub(crate) fn fail(error: &Error, context: Option<&Context>) -> ExitCode {
         || io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
         |context| context.color_err,
     );
+    if let (Some(found), true) = (&error.found, context.is_some_and(Context::is_json)) {
+        // The error below is what counts where this cannot be written either.
+        let _ = write_stdout(&format!("{found}\n"));
+    }
     let head = if color {
         "\x1b[1;31merror:\x1b[0m"
     } else {

@@ -202,6 +202,7 @@ fn of_reference(error: &Error) -> Error {
         what: of_a_path(&error.what),
         place: error.place.as_deref().map(of_a_path),
         advice: error.advice.as_deref().map(of_a_path),
+        found: error.found.clone(),
     }
 }
 

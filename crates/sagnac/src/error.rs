@@ -32,6 +32,8 @@ pub struct Error {
     pub place: Option<String>,
     /// What to do, with an example.
     pub advice: Option<String>,
+    /// What was found all the same: the document of `--format json`.
+    pub found: Option<Box<serde_json::Value>>,
 }
 
 impl Error {
@@ -42,6 +44,7 @@ impl Error {
             what: what.into(),
             place: None,
             advice: None,
+            found: None,
         }
     }
 
@@ -70,6 +73,13 @@ impl Error {
     #[must_use]
     pub fn advise(mut self, advice: impl Into<String>) -> Self {
         self.advice = Some(advice.into());
+        self
+    }
+
+    /// Keeps what was found before it failed.
+    #[must_use]
+    pub fn with_found(mut self, found: serde_json::Value) -> Self {
+        self.found = Some(Box::new(found));
         self
     }
 

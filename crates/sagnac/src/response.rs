@@ -132,7 +132,15 @@ pub fn response(request: &ResponseRequest) -> Result<ResponseOutcome, Error> {
         let out = if matches!(error, bench::Error::FullScale { .. }) {
             Error::usage(error.to_string()).at("--full-scale")
         } else {
-            Error::data(error.to_string()).at(table.label.clone())
+            let row = match error {
+                bench::Error::StandardError { row } | bench::Error::NotFinite { row } => Some(row),
+                _ => None,
+            };
+            let line = row.and_then(|row| table.lines.get(row - 1));
+            Error::data(error.to_string()).at(match line {
+                Some(line) => format!("{}, line {line}", table.label),
+                None => table.label.clone(),
+            })
         };
         out.advise(error.advice())
     })?;

@@ -166,8 +166,8 @@ pub enum Error {
         row: usize,
     },
     /// A standard error that cannot be one.
-    #[error("the standard error of reading {row} is negative")]
-    NegativeStandardError {
+    #[error("the standard error of reading {row} is not above zero")]
+    StandardError {
         /// Row, from 1.
         row: usize,
     },
@@ -191,7 +191,9 @@ impl Error {
             }
             Self::OnePoint => "add readings at other inputs",
             Self::NotFinite { .. } => "repair the row or leave it out",
-            Self::NegativeStandardError { .. } => "write a standard error of 0 or more",
+            Self::StandardError { .. } => {
+                "write the standard error of the reading, or leave the cell empty where it is not known"
+            }
             Self::Stuck => "check the wiring and the output column",
             Self::FullScale { .. } => "give the largest input of the sensor as --full-scale",
         }
@@ -256,12 +258,12 @@ fn check(readings: &[Reading], options: &Options) -> Result<(), Error> {
         });
     }
     for (i, r) in readings.iter().enumerate() {
-        let se = r.output_se.unwrap_or(0.0);
+        let se = r.output_se.unwrap_or(1.0);
         if ![r.reference, r.output, se].iter().all(|v| v.is_finite()) {
             return Err(Error::NotFinite { row: i + 1 });
         }
-        if se < 0.0 {
-            return Err(Error::NegativeStandardError { row: i + 1 });
+        if se <= 0.0 {
+            return Err(Error::StandardError { row: i + 1 });
         }
     }
     match options.full_scale {

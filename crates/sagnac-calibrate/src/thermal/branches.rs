@@ -116,6 +116,28 @@ pub(super) fn soaks(temperatures: &[f64], dt_s: f64) -> Vec<(usize, usize)> {
             first += ((end - first) / 4).max(1);
         }
     }
+    joined(temperatures, &out)
+}
+
+/// Soaks that a short excursion parts are one: where all but a fiftieth of both lies within 0.2 K.
+fn joined(temperatures: &[f64], soaks: &[(usize, usize)]) -> Vec<(usize, usize)> {
+    let is_one = |first: usize, end: usize| {
+        let mut part: Vec<f64> = temperatures[first..end]
+            .iter()
+            .copied()
+            .filter(|t| t.is_finite())
+            .collect();
+        part.sort_by(f64::total_cmp);
+        let spare = part.len() / 100;
+        part.len() > 2 * spare && part[part.len() - 1 - spare] - part[spare] <= 0.2
+    };
+    let mut out: Vec<(usize, usize)> = Vec::new();
+    for &(first, end) in soaks {
+        match out.last_mut() {
+            Some(last) if is_one(last.0, end) => last.1 = end,
+            _ => out.push((first, end)),
+        }
+    }
     out
 }
 
@@ -230,5 +252,15 @@ mod tests {
         t.extend(vec![50.0; 320]);
         let found = soaks(&t, 1.0);
         assert_eq!(found.len(), 2, "{found:?}");
+    }
+
+    #[test]
+    fn an_excursion_of_a_moment_parts_no_soak() {
+        let mut t: Vec<f64> = (0..800).map(|k| 20.0 + 0.01 * f64::from(k % 7)).collect();
+        t[400..404].fill(20.3);
+        assert_eq!(soaks(&t, 1.0), [(0, 800)]);
+        // A slow creep stays as many soaks as its steps of 0.2 K.
+        let creep: Vec<f64> = (0..2000).map(|k| 20.0 + 5e-4 * f64::from(k)).collect();
+        assert!(soaks(&creep, 1.0).len() > 3);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::branches::Bin;
 use super::{Options, Sweep};
+use crate::stations::terms::AXES;
 
 /// Why a sweep cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,11 +36,23 @@ pub enum Error {
         /// Soaks found.
         soaks: usize,
     },
-    /// |f| contradicts `--up`.
-    #[error("{what}")]
+    /// The output contradicts `--up`.
+    #[error("{up} is said to be up but accel_{axis} reads {reads:.2} m/s^2")]
     Contradiction {
-        /// In words.
-        what: String,
+        /// What was said: `-z`.
+        up: String,
+        /// The axis named.
+        axis: &'static str,
+        /// Mean output of that axis \[m/s²\].
+        reads: f64,
+        /// What the outputs say: `+z`.
+        seen: String,
+    },
+    /// |f| is near one.
+    #[error("the mean |f| is {size:.3} m/s^2, which looks like g")]
+    LooksLikeG {
+        /// |mean output|.
+        size: f64,
     },
     /// A system that cannot be solved.
     #[error("the curve of {axis} cannot be determined from these temperatures")]
@@ -55,12 +68,18 @@ impl Error {
         match self {
             Self::Constant { .. } | Self::NoTemperature => Some("temperature".to_owned()),
             Self::Contradiction { .. } => Some("--up".to_owned()),
+            Self::LooksLikeG { .. } => Some("accel_x, accel_y, accel_z".to_owned()),
             _ => None,
         }
     }
 
     /// What to do.
     pub fn advice(&self) -> Option<String> {
+        if let Self::Contradiction { seen, .. } = self {
+            return Some(format!(
+                "the outputs say that {seen} is up: write --up {seen}, one axis a log; a mirrored axis is remounted with --axes"
+            ));
+        }
         Some(
             match self {
                 Self::NoLog => "name a log with a temperature channel",
@@ -77,8 +96,9 @@ impl Error {
                 Self::FewBins { .. } | Self::Singular { .. } => {
                     "sweep over a wider range, up and down, with the sensor at rest"
                 }
-                Self::Contradiction { .. } => {
-                    "name the axis that points up, for instance --up -z, one a log"
+                Self::Contradiction { .. } => "name the axis that points up",
+                Self::LooksLikeG { .. } => {
+                    "write the unit that the numbers have: [g] in the header, or --columns 'accel=4,5,6:g'"
                 }
             }
             .to_owned(),
@@ -99,25 +119,30 @@ pub(super) fn check(sweeps: &[Sweep]) -> Result<(), Error> {
         if !sweep.temperature_c.iter().any(|t| t.is_finite()) {
             return Err(Error::NoTemperature);
         }
-        if let (Some(accel), Some((axis, sense))) = (&sweep.accel, sweep.up) {
-            let mean = |k: usize| {
-                accel[k].iter().filter(|v| v.is_finite()).sum::<f64>() / accel[k].len() as f64
+        let Some(accel) = &sweep.accel else { continue };
+        let means: [f64; 3] = accel.map(|values| {
+            let there = values.iter().filter(|v| v.is_finite());
+            there.clone().sum::<f64>() / there.count() as f64
+        });
+        let size = means.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if (0.5..1.5).contains(&size) {
+            return Err(Error::LooksLikeG { size });
+        }
+        if let Some((axis, sense)) = sweep.up
+            && means[axis] * sense < 0.7 * size
+        {
+            let largest = (0..3)
+                .max_by(|a, b| means[*a].abs().total_cmp(&means[*b].abs()))
+                .unwrap_or(axis);
+            let named = |axis: usize, sense: f64| {
+                format!("{}{}", if sense > 0.0 { '+' } else { '-' }, AXES[axis])
             };
-            let size = (0..3).map(|k| mean(k).powi(2)).sum::<f64>().sqrt();
-            let (name, sign) = (["x", "y", "z"][axis], if sense > 0.0 { '+' } else { '-' });
-            if (0.5..1.5).contains(&size) {
-                return Err(Error::Contradiction {
-                    what: format!("|f| is {size:.3}, which looks like g, not m/s^2"),
-                });
-            }
-            if mean(axis) * sense < 0.7 * size {
-                return Err(Error::Contradiction {
-                    what: format!(
-                        "{sign}{name} is said to be up but accel_{name} reads {:.2} m/s^2",
-                        mean(axis)
-                    ),
-                });
-            }
+            return Err(Error::Contradiction {
+                up: named(axis, sense),
+                axis: AXES[axis],
+                reads: means[axis],
+                seen: named(largest, means[largest].signum()),
+            });
         }
     }
     Ok(())

@@ -237,6 +237,40 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     })
 }
 
+/// Rows in which the sensor was moved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moved {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// The channels that show it.
+    pub channels: Vec<String>,
+    /// What they show.
+    pub text: String,
+}
+
+/// Where the sensor was moved, as in [`check`], ascending and apart: all of them, by rows.
+///
+/// # Errors
+/// A log whose stamps never advance and that has no rate.
+pub fn moved(log: &Log) -> Result<Vec<Moved>, Error> {
+    let clock = time::Clock::of(log)?;
+    let stuck: Vec<Vec<Range<usize>>> = log
+        .channels()
+        .map(|(channel, values)| match channel.quantity {
+            Quantity::Other | Quantity::Temperature => Vec::new(),
+            _ => channel::stuck_runs(values),
+        })
+        .collect();
+    Ok(motion::intervals(log, &clock, &stuck)
+        .into_iter()
+        .map(|m| Moved {
+            rows: m.rows,
+            channels: m.channels,
+            text: m.text,
+        })
+        .collect())
+}
+
 /// Says that a channel is taken at its own interval; channels alike share a sentence.
 fn thin_note(name: &str, thin: &thin::Thin, dt_s: f64, notes: &mut Vec<String>) {
     let every = ordinal(thin.every);

@@ -182,3 +182,18 @@ pub(crate) fn columns_place(raw: &RawLayout) -> String {
     };
     format!("columns {}{more}", names.join(", "))
 }
+
+/// What a table without time is that other commands read, and which.
+pub(crate) fn another_sort(raw: &RawLayout) -> Option<(&'static str, &'static str)> {
+    let has = |name: &str| raw.columns.iter().any(|c| c.name.trim() == name);
+    if has("reference") && has("output") {
+        return Some((
+            "a table of references and outputs",
+            "sagnac response reads it",
+        ));
+    }
+    (has("station") || has("up") || has("f_x")).then_some((
+        "a table of stations",
+        "sagnac calibrate stations reads it; a log has time [s], or --rate, and a row a sample",
+    ))
+}

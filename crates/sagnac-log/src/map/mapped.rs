@@ -5,7 +5,7 @@
 use super::axes::{AxisMap, remount};
 use super::choose::{Op, by_name, by_request, keep_others, say_increments, say_texts, take_texts};
 use super::columns::{Scale, parse};
-use super::hints::columns_place;
+use super::hints::{another_sort, columns_place};
 use super::raw::{Plan, RawReader};
 use crate::{Block, Error, Layout, LogReader, ReadOptions, Stamp};
 
@@ -73,6 +73,11 @@ impl Mapped {
             left_out.extend(say_texts(&found, time));
         }
         if time.is_none() && options.rate_hz.is_none() && found.rate_hz.is_none() {
+            if let Some((sort, advice)) = another_sort(&found) {
+                return Err(Error::data(format!("this is {sort}, not a log"))
+                    .at(columns_place(&found))
+                    .advise(advice));
+            }
             return Err(Error::data("the log has no time and no rate")
                 .at(columns_place(&found))
                 .advise("add --rate, for instance --rate 100Hz"));

@@ -20,9 +20,11 @@ const NAMES: [&str; CHANNELS] = [
     "temperature",
 ];
 
-enum Reducer {
-    Spans(Spans),
-    Dwells(Box<Option<Dwells>>),
+/// What the log is reduced to: the spans of a schedule, and where the sensor is steady.
+struct Passed {
+    spans: Option<Reduction>,
+    steady: Reduction,
+    has: [bool; CHANNELS],
 }
 
 /// Fills in outputs and standard errors from the log; returns where each station lies.
@@ -37,23 +39,24 @@ pub(super) fn fill(
             .at(request.label.clone())
             .advise("fill in start [s] and end [s] in every row, or leave both columns out"));
     }
-    let reducer = if named == 0 {
-        Reducer::Dwells(Box::default())
-    } else {
-        let spans: Vec<Span> = read
-            .timing
-            .iter()
-            .filter_map(|t| {
-                t.span_s.map(|[start_s, end_s]| Span {
-                    start_s,
-                    end_s,
-                    is_turn: t.is_turn,
-                })
+    apart(read, request)?;
+    let spans: Vec<Span> = read
+        .timing
+        .iter()
+        .filter_map(|t| {
+            t.span_s.map(|[start_s, end_s]| Span {
+                start_s,
+                end_s,
+                is_turn: t.is_turn,
             })
-            .collect();
-        Reducer::Spans(Spans::new(&spans))
-    };
-    let (found, has) = reduce(reader, reducer)?;
+        })
+        .collect();
+    let reduced = reduce(reader, (named != 0).then(|| Spans::new(&spans)))?;
+    let has = reduced.has;
+    if reduced.spans.is_some() {
+        read.notes.extend(unsteady(read, &reduced.steady));
+    }
+    let found = reduced.spans.unwrap_or(reduced.steady);
     let whole = |first: usize| (first..first + 3).all(|c| has[c]);
     if !whole(0) && !whole(3) {
         return Err(
@@ -108,11 +111,34 @@ pub(super) fn fill(
     Ok(out)
 }
 
+/// Refuses spans that share samples: a sensor is at one station at a time.
+fn apart(read: &Read, request: &StationsRequest) -> Result<(), Error> {
+    let mut spans: Vec<(&str, [f64; 2])> = read
+        .stations
+        .iter()
+        .zip(&read.timing)
+        .filter_map(|(station, timing)| Some((station.label.as_str(), timing.span_s?)))
+        .collect();
+    spans.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    for pair in spans.windows(2) {
+        let [(one, [_, end_s]), (other, [start_s, _])] = [pair[0], pair[1]];
+        // Ends that were rounded when they were written are no overlap.
+        if end_s - start_s > 1e-6 * end_s.abs().max(1.0) {
+            return Err(Error::data(format!(
+                "station {other} starts at {} s, before station {one} ends at {} s",
+                general(start_s, 8),
+                general(end_s, 8)
+            ))
+            .at(request.label.clone())
+            .advise("write spans that do not overlap, each within the rest or the steady turn of its station"));
+        }
+    }
+    Ok(())
+}
+
 /// One pass through the log.
-fn reduce(
-    reader: &mut dyn LogReader,
-    mut reducer: Reducer,
-) -> Result<(Reduction, [bool; CHANNELS]), Error> {
+fn reduce(reader: &mut dyn LogReader, mut spans: Option<Spans>) -> Result<Passed, Error> {
+    let mut dwells: Option<Dwells> = None;
     let layout = reader.layout().clone();
     let index = NAMES.map(|name| layout.index(name));
     let mut block = Block::with_columns(layout.channels.len());
@@ -153,20 +179,70 @@ fn reduce(
             }
         }
         let columns: Columns = index.map(|i| i.map(|i| block.columns[i].as_slice()));
-        match &mut reducer {
-            Reducer::Spans(spans) => spans.push(&times, &columns),
-            Reducer::Dwells(dwells) => dwells
-                .get_or_insert_with(|| Dwells::new(dt_s))
-                .push(&times, &columns),
+        if let Some(spans) = &mut spans {
+            spans.push(&times, &columns);
         }
+        dwells
+            .get_or_insert_with(|| Dwells::new(dt_s))
+            .push(&times, &columns);
     }
-    let found = match reducer {
-        Reducer::Spans(spans) => spans.finish(),
-        Reducer::Dwells(dwells) => dwells
-            .ok_or_else(|| Error::data("the log has no samples"))?
-            .finish(),
-    };
-    Ok((found, index.map(|i| i.is_some())))
+    let steady = dwells
+        .ok_or_else(|| Error::data("the log has no samples"))?
+        .finish();
+    Ok(Passed {
+        spans: spans.map(Spans::finish),
+        steady,
+        has: index.map(|i| i.is_some()),
+    })
+}
+
+/// What is cut at the ends of a dwell that is found, and the window by which it is told \[s\].
+const NEAR_S: f64 = 0.5;
+
+/// Says in which spans without an angle the sensor is not steady for the whole time, as dwells are told.
+fn unsteady(read: &Read, steady: &Reduction) -> Option<String> {
+    let mut out: Vec<String> = Vec::new();
+    for (station, timing) in read.stations.iter().zip(&read.timing) {
+        let Some([start_s, end_s]) = timing
+            .span_s
+            .filter(|s| !timing.is_turn && s[1] - s[0] >= 1.0)
+        else {
+            continue;
+        };
+        // The parts of the span that no dwell covers.
+        let mut from_s = start_s;
+        let mut parts: Vec<[f64; 2]> = Vec::new();
+        for dwell in &steady.rows {
+            if dwell.end_s > from_s && dwell.start_s < end_s {
+                if dwell.start_s - from_s > NEAR_S {
+                    parts.push([from_s, dwell.start_s]);
+                }
+                from_s = dwell.end_s;
+            }
+        }
+        if end_s - from_s > NEAR_S {
+            parts.push([from_s, end_s]);
+        }
+        out.extend(
+            parts
+                .iter()
+                .map(|[a, b]| format!("{} at {a:.1}–{b:.1} s", station.label)),
+        );
+    }
+    let more = out.len().saturating_sub(6);
+    out.truncate(6);
+    (!out.is_empty()).then(|| {
+        format!(
+            "the sensor is not steady all through its station ({}{}): the mean is of the whole span; shorten it, or \
+             give its angle if it is a turn",
+            out.join(", "),
+            if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            }
+        )
+    })
 }
 
 fn interval(rate_hz: Option<f64>, first: &Block) -> Result<f64, Error> {
@@ -201,6 +277,11 @@ fn other_number(found: &Reduction, rows: usize, label: &str) -> Error {
     ))
     .at(label.to_owned())
     .advise("add columns start [s] and end [s] to the schedule, or write a row for every dwell")
+    .with_found(serde_json::json!({
+        "stations": found.rows.iter().zip(1..).map(|(row, number)| serde_json::json!({
+            "station": number.to_string(), "start_s": row.start_s, "end_s": row.end_s,
+        })).collect::<Vec<_>>(),
+    }))
 }
 
 /// The specific force in turns that have no reference: the mean output, corrected by the calibration of the dwells.

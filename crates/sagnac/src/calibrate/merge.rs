@@ -2,6 +2,7 @@
 
 mod gather;
 mod noise;
+mod splines;
 mod text;
 
 use sagnac_calibrate::merge::{self, Conflict, Merged};
@@ -77,8 +78,9 @@ pub fn merge(request: &MergeRequest) -> Result<MergeOutcome, Error> {
         .map(|m| m.label().to_owned())
         .collect();
     let gathered = gather::gather(&request.models)?;
-    let merged = merge::merge(&gathered.parts, true)
+    let mut merged = merge::merge(&gathered.parts, true)
         .map_err(|error| Error::data(error.to_string()).advise(error.advice()))?;
+    gathered.splines.restore(&mut merged);
     let mut notes = gathered.notes;
     let own = gathered.parts.iter().any(|p| p.own_frame);
     if own && gathered.has_fixture && !merged.turned {
@@ -99,7 +101,11 @@ pub fn merge(request: &MergeRequest) -> Result<MergeOutcome, Error> {
             }
         }
     }
+    gathered.splines.write(&merged, &mut model)?;
     for (i, name) in merged.names.iter().enumerate() {
+        if splines::is_row(name) {
+            continue;
+        }
         let path: ParameterPath = name.parse()?;
         let sigma = merged.covariance[i][i].sqrt();
         let value = merged.values[i];

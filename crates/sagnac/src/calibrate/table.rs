@@ -155,7 +155,16 @@ pub(super) fn read(
     }
     let accel = triad(table, &xyz("accel", ""), ra)?;
     let gyro = triad(table, &xyz("gyro", ""), ro)?;
-    let has_outputs = accel.is_some() || gyro.is_some();
+    let filled =
+        |cells: &Option<Vec<Option<[f64; 3]>>>| cells.iter().flatten().any(Option::is_some);
+    let has_outputs = filled(&accel) || filled(&gyro);
+    if sort == Sort::Outputs && !has_outputs && (accel.is_some() || gyro.is_some()) {
+        return Err(Error::data("the outputs of all stations are empty")
+            .at(table.label.clone())
+            .advise(
+                "fill in what the sensor read at each: its mean over the dwell in the accel and gyro columns",
+            ));
+    }
     if sort == Sort::Outputs && !has_outputs {
         return Err(Error::data("the table has no outputs")
             .at(table.label.clone())

@@ -3,10 +3,12 @@
 mod json;
 mod model_file;
 mod page;
+mod rest;
 mod text;
 
 use sagnac_calibrate::thermal::{self, Form, Options, Outcome, Sweep};
 use sagnac_core::Sensor;
+use sagnac_log::{Issue, Log};
 
 use super::multi_position::{stamps, triad};
 use super::{Place, place_gravity};
@@ -47,6 +49,8 @@ pub struct ThermalOutcome {
     pub logs: Vec<String>,
     /// Rows of all logs.
     pub samples: usize,
+    /// What was left out of each log, with the time of its first row and its length \[s\].
+    pub issues: Vec<(Vec<Issue>, f64, f64)>,
 }
 
 /// Reads `+z,-z`.
@@ -81,6 +85,33 @@ fn ups(text: &str, logs: usize) -> Result<Vec<(usize, f64)>, Error> {
     Ok(out)
 }
 
+/// Refuses a log that is given twice: its intervals would be too narrow.
+fn once(logs: &[NamedLog]) -> Result<(), Error> {
+    let same = |a: &Log, b: &Log| {
+        let equal = |a: &[f64], b: &[f64]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(x, y)| x.to_bits() == y.to_bits())
+        };
+        a.columns.len() == b.columns.len()
+            && a.columns.iter().zip(&b.columns).all(|(a, b)| equal(a, b))
+    };
+    for (i, log) in logs.iter().enumerate() {
+        if let Some(other) = logs[..i].iter().find(|other| same(&log.log, &other.log)) {
+            let what = if log.name == other.name {
+                format!("{} is given twice: it would count twice", log.name)
+            } else {
+                format!(
+                    "{} and {} hold the same samples: they would count twice",
+                    other.name, log.name
+                )
+            };
+            return Err(Error::data(what)
+                .at(log.name.clone())
+                .advise("name each log once"));
+        }
+    }
+    Ok(())
+}
+
 /// Estimates curves against temperature from logs of a sensor at rest.
 ///
 /// # Errors
@@ -108,7 +139,13 @@ pub fn thermal(logs: &[NamedLog], request: &ThermalRequest) -> Result<ThermalOut
         .as_deref()
         .map(|text| ups(text, logs.len()))
         .transpose()?;
+    once(logs)?;
     let all_stamps: Vec<Option<Vec<f64>>> = logs.iter().map(|l| stamps(&l.log)).collect();
+    let rests: Vec<rest::Rest> = logs
+        .iter()
+        .zip(&all_stamps)
+        .map(|(named, stamps)| rest::rest(named, stamps.as_deref()))
+        .collect::<Result<_, _>>()?;
     let mut sweeps = Vec::new();
     for (i, named) in logs.iter().enumerate() {
         let temperature_c = named.log.channel("temperature").ok_or_else(|| {
@@ -120,8 +157,8 @@ pub fn thermal(logs: &[NamedLog], request: &ThermalRequest) -> Result<ThermalOut
             dt_s: named.log.dt_s()?,
             stamps_s: all_stamps[i].as_deref(),
             temperature_c,
-            gyro: triad(&named.log, Sensor::Gyro),
-            accel: triad(&named.log, Sensor::Accel),
+            gyro: triad(&rests[i].log, Sensor::Gyro),
+            accel: triad(&rests[i].log, Sensor::Accel),
             up: up.as_ref().map(|up| up[i]),
         });
     }
@@ -140,6 +177,10 @@ pub fn thermal(logs: &[NamedLog], request: &ThermalRequest) -> Result<ThermalOut
         options,
         logs: logs.iter().map(|l| l.name.clone()).collect(),
         samples: logs.iter().map(|l| l.log.rows).sum(),
+        issues: rests
+            .into_iter()
+            .map(|r| (r.issues, r.first_s, r.duration_s))
+            .collect(),
     })
 }
 

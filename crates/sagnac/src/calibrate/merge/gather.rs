@@ -7,12 +7,14 @@ use sagnac_model::{Entry, Model, ParameterPath, ThermalTerm};
 
 use super::Unequal;
 use super::noise::{is_fact, is_noise};
+use super::splines::{self, Splines};
 use crate::Error;
 
 /// Parts for the estimate, and what is to be said of them.
 pub(super) struct Gathered {
     pub(super) parts: Vec<Part>,
     pub(super) has_fixture: bool,
+    pub(super) splines: Splines,
     pub(super) warnings: Vec<String>,
     pub(super) notes: Vec<String>,
 }
@@ -27,12 +29,14 @@ pub(super) fn gather(models: &[Model]) -> Result<Gathered, Error> {
     let mut out = Gathered {
         parts: Vec::new(),
         has_fixture: false,
+        splines: Splines::of(models, t0)?,
         warnings: Vec::new(),
         notes: Vec::new(),
     };
     for model in models {
         let mut part = part(model)?;
         shift(&mut part, t0 - model.reference_temperature_c());
+        out.splines.reduce(&mut part);
         let frames: Vec<&str> = model
             .calibrations()
             .iter()
@@ -65,7 +69,8 @@ fn part(model: &Model) -> Result<Part, Error> {
         let Some(sigma) = of_block.or(entry.sigma) else {
             continue;
         };
-        if sigma.is_nan() || sigma <= 0.0 {
+        // A knot at T0 is exact by what it means.
+        if sigma.is_nan() || sigma < 0.0 || (sigma == 0.0 && !splines::is_row(&name)) {
             return Err(
                 Error::data(format!("the standard error of {name} is not above zero"))
                     .at(model.label().to_owned())
@@ -138,23 +143,7 @@ fn shift(part: &mut Part, by_k: f64) {
             }
         }
     }
-    let times = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
-        (0..n)
-            .map(|i| {
-                (0..n)
-                    .map(|j| (0..n).map(|k| a[i][k] * b[k][j]).sum())
-                    .collect()
-            })
-            .collect()
-    };
-    let transposed: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| whole[j][i]).collect())
-        .collect();
-    part.values = whole
-        .iter()
-        .map(|row| row.iter().zip(&part.values).map(|(a, b)| a * b).sum())
-        .collect();
-    part.covariance = times(&times(&whole, &part.covariance), &transposed);
+    splines::apply(part, &whole);
 }
 
 /// Adds the run-to-run variance to the biases: the models are of different switch-ons.
@@ -219,11 +208,7 @@ pub(super) fn thermal(
                     (a, b) => a.or(b),
                 };
             }
-            let splines: Vec<&Model> = models
-                .iter()
-                .filter(|m| m.knots_c(sensor, term).is_some())
-                .collect();
-            if let Some(model) = splines.first()
+            if let Some(model) = models.iter().find(|m| m.knots_c(sensor, term).is_some())
                 && let Some(knots) = model.knots_c(sensor, term)
             {
                 let rows: Vec<[f64; 3]> = (1..=knots.len())
@@ -234,17 +219,6 @@ pub(super) fn thermal(
                     })
                     .collect();
                 out.set_spline(sensor, term, knots, &rows)?;
-                if splines.len() > 1
-                    || models
-                        .iter()
-                        .any(|m| has(m) && m.knots_c(sensor, term).is_none())
-                {
-                    notes.push(format!(
-                        "several models have temperature terms of {}.{key}: the spline of {} is kept",
-                        sensor.key(),
-                        model.label()
-                    ));
-                }
             }
             if let Some([low, high]) = range {
                 if low < high {

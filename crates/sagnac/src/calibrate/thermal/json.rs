@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::ThermalOutcome;
 use crate::calibrate::json::unit;
+use crate::findings::issue_json;
 
 /// Numbers with null where there is none.
 fn numbers(values: &[f64]) -> Vec<Value> {
@@ -55,6 +56,13 @@ impl ThermalOutcome {
             "confused": Vec::<Value>::new(),
             "advice": self.advice(),
             "notes": found.notes,
+            "issues": self.issues.iter().zip(&self.logs).flat_map(|((issues, ..), log)| {
+                issues.iter().map(move |issue| {
+                    let mut out = issue_json(issue);
+                    out["log"] = json!(log);
+                    out
+                })
+            }).collect::<Vec<_>>(),
             "temperature_range": found.range_c,
             "branches": found.branches.iter().map(|b| {
                 let mut out = stretch(b);

@@ -7,7 +7,7 @@ use sagnac_report::plots::{ChartCurve, Color, CorrelationMap, CurveChart, Figure
 use sagnac_report::text::{Estimate, significant};
 
 use super::ThermalOutcome;
-use super::text::shown;
+use super::text::{degrees, shown};
 use crate::calibrate::PageFacts;
 use crate::calibrate::certificate::{page_unit, page_words};
 use crate::calibrate::text::title;
@@ -104,7 +104,7 @@ impl ThermalOutcome {
                     Kind::ScaleFactor => "Scale factor",
                 };
                 rows.push(ResultRow {
-                    name: format!("{word} at {:.0} °C", first.temperature_c[i]),
+                    name: format!("{word} at {} °C", degrees(first.temperature_c[i])),
                     cells: [0, 1, 2].map(|k| {
                         of(k).map_or(Estimate::Absent, |c| {
                             Estimate::detected(c.value[i], c.lower[i], c.upper[i]).scaled(factor)
@@ -197,10 +197,10 @@ fn figure(curve: &Curve) -> Figure {
     };
     let rest = curve.hysteresis.map_or(String::new(), |h| {
         format!(
-            ": heating − cooling at most {} {} at {:.0} °C",
+            ": heating − cooling at most {} {} at {} °C",
             significant(h.largest * factor, 2),
             page_unit(unit),
-            h.at_c
+            degrees(h.at_c)
         )
     });
     Figure::new(

@@ -6,6 +6,7 @@ use sagnac_report::text::{Cell, Document, Estimate, Table, significant};
 
 use super::ThermalOutcome;
 use crate::calibrate::text::{short_beside, stem, title};
+use crate::findings::{finding, gathered};
 
 /// Unit in which a curve is shown, and how many of it make the SI unit.
 pub(super) fn shown(curve: &Curve) -> (&'static str, f64) {
@@ -14,6 +15,11 @@ pub(super) fn shown(curve: &Curve) -> (&'static str, f64) {
         (_, Sensor::Gyro) => ("deg/h", 3600f64.to_degrees()),
         (_, Sensor::Accel) => ("mg", 1e3 / 9.80665),
     }
+}
+
+/// Whole degrees; zero has no sign.
+pub(super) fn degrees(t_c: f64) -> String {
+    format!("{:.0}", t_c.round() + 0.0)
 }
 
 impl ThermalOutcome {
@@ -68,10 +74,10 @@ impl ThermalOutcome {
         if let Some((curve, h)) = worst {
             let (unit, factor) = shown(curve);
             out.push_str(&format!(
-                " Heating and cooling differ the most on {}: {} {unit} at {:.0} degC.",
+                " Heating and cooling differ the most on {}: {} {unit} at {} degC.",
                 channel(curve.sensor, curve.axis),
                 significant(h.largest * factor, 2),
-                h.at_c
+                degrees(h.at_c)
             ));
         }
         out
@@ -93,6 +99,17 @@ impl ThermalOutcome {
              without. Outside {:.1} … {:.1} degC nothing is known: the model holds the nearer end, and correct flags it.",
             found.range_c[0], found.range_c[1]
         ));
+        let logs = self.issues.iter().zip(&self.logs);
+        let lines = logs.flat_map(|((issues, first_s, duration_s), log)| {
+            issues.iter().map(move |issue| {
+                let mut line = finding(issue, *first_s, *duration_s);
+                if self.logs.len() > 1 {
+                    line.text = format!("{log}: {}", line.text);
+                }
+                line
+            })
+        });
+        out.findings(gathered(lines.collect()));
         if !found.held.is_empty() {
             out.paragraph(format!("Not determined: {}.", self.held()));
         }
@@ -132,7 +149,7 @@ impl ThermalOutcome {
         let n = first.temperature_c.len();
         for i in (0..n).step_by((n - 1) / 4) {
             let mut cells: Vec<Cell> =
-                vec![format!("at {:.0} degC", first.temperature_c[i]).into()];
+                vec![format!("at {} degC", degrees(first.temperature_c[i])).into()];
             cells.extend((0..3).map(|k| {
                 Cell::from(of(k).map_or(Estimate::Absent, |c| {
                     Estimate::detected(c.value[i], c.lower[i], c.upper[i]).scaled(factor)
