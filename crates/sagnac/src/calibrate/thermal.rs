@@ -139,6 +139,14 @@ pub fn thermal(logs: &[NamedLog], request: &ThermalRequest) -> Result<ThermalOut
         .as_deref()
         .map(|text| ups(text, logs.len()))
         .transpose()?;
+    let mut temperatures = Vec::new();
+    for named in logs {
+        temperatures.push(named.log.channel("temperature").ok_or_else(|| {
+            Error::data("the log has no temperature channel")
+                .at(named.name.clone())
+                .advise("name its column, for instance --columns 'temperature=temp:degC'")
+        })?);
+    }
     once(logs)?;
     let all_stamps: Vec<Option<Vec<f64>>> = logs.iter().map(|l| stamps(&l.log)).collect();
     let rests: Vec<rest::Rest> = logs
@@ -148,15 +156,10 @@ pub fn thermal(logs: &[NamedLog], request: &ThermalRequest) -> Result<ThermalOut
         .collect::<Result<_, _>>()?;
     let mut sweeps = Vec::new();
     for (i, named) in logs.iter().enumerate() {
-        let temperature_c = named.log.channel("temperature").ok_or_else(|| {
-            Error::data("the log has no temperature channel")
-                .at(named.name.clone())
-                .advise("name its column, for instance --columns 'temperature=temp:degC'")
-        })?;
         sweeps.push(Sweep {
             dt_s: named.log.dt_s()?,
             stamps_s: all_stamps[i].as_deref(),
-            temperature_c,
+            temperature_c: temperatures[i],
             gyro: triad(&rests[i].log, Sensor::Gyro),
             accel: triad(&rests[i].log, Sensor::Accel),
             up: up.as_ref().map(|up| up[i]),
