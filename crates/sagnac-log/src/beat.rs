@@ -88,7 +88,13 @@ impl Beat {
             return beat;
         };
         beat.bridge(&log.stamps, &mut steps, first);
-        if let Some(coarse) = Coarse::of(&steps).filter(|_| !is_twice) {
+        // Of a rate that was told the grid may be the interval itself: what is missing on it is lost.
+        let told = |c: &Coarse| {
+            log.layout
+                .rate_hz
+                .is_some_and(|rate| (1.0 / rate - c.grid_s).abs() < (1.0 / rate - c.dt_s).abs())
+        };
+        if let Some(coarse) = Coarse::of(&steps).filter(|c| !is_twice && !told(c)) {
             beat.grid_s = Some(coarse.grid_s);
             beat.dt_s = Some(coarse.dt_s);
             beat.find_coarse_gaps(&steps, coarse);

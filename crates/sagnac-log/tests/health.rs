@@ -431,3 +431,71 @@ fn every_channel_that_loses_numbers_is_named() {
     }
     assert!(z.iter().all(|i| !i.text.contains("more of this kind")));
 }
+
+/// Texts about units of a log with these columns at rest, `absurd` in one cell of row 300.
+fn units_of(columns: &[(&str, f64)], absurd: Option<(usize, f64)>) -> Vec<String> {
+    let mut noise = Noise(9);
+    let names: Vec<String> = columns
+        .iter()
+        .map(|(name, _)| {
+            let unit = if name.starts_with('g') {
+                "rad/s"
+            } else {
+                "m/s^2"
+            };
+            format!("{name} [{unit}]")
+        })
+        .collect();
+    let mut text = format!("time [s],{}\n", names.join(","));
+    for k in 0..3000 {
+        text += &format!("{}", f64::from(k) / RATE);
+        for (i, (_, level)) in columns.iter().enumerate() {
+            let own = level + 1e-3 * noise.next();
+            let y = absurd.filter(|a| k == 300 && a.0 == i).map_or(own, |a| a.1);
+            text += &format!(",{y}");
+        }
+        text.push('\n');
+    }
+    let source = Source::memory("a.csv", text.into());
+    let log = read(source, &ReadOptions::default()).unwrap();
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let told = health.issues.iter().filter(|i| i.kind == IssueKind::Units);
+    told.map(|i| i.text.clone()).collect()
+}
+
+#[test]
+fn a_gyro_in_a_wrong_unit_is_told_without_a_good_accelerometer() {
+    let gyro = |w: f64| [("gyro_x", w), ("gyro_y", 0.0), ("gyro_z", 0.0)];
+    let with = |w: f64, z: f64| {
+        let accel = [("accel_x", 0.0), ("accel_y", 0.0), ("accel_z", z)];
+        [gyro(w).as_slice(), accel.as_slice()].concat()
+    };
+    let fast = "|w| is 500.0 rad/s, more than gyros measure: look at the unit";
+    assert_eq!(units_of(&gyro(500.0), None), [fast]);
+    assert_eq!(units_of(&[("gyro_z", -500.0)], None), [fast]);
+    let dead = units_of(&with(500.0, 0.0), None);
+    let both = |t: &String| t.contains("far from 9.81") && t.ends_with(fast);
+    assert!(dead.len() == 1 && dead.iter().all(both), "{dead:?}");
+    let slow = "|w| is 20.00 rad/s at rest, as if it were in deg/s";
+    assert_eq!(units_of(&with(20.0, 9.8), None), [slow]);
+    assert_eq!(units_of(&[("gyro_z", 20.0)], None), [slow]);
+    assert!(units_of(&with(20.0, 0.0), None)[0].ends_with(slow));
+    assert_eq!(units_of(&with(0.01, 9.8), None), [""; 0]);
+}
+
+#[test]
+fn one_absurd_sample_is_no_wrong_unit() {
+    let columns = [
+        ("gyro_x", 0.01),
+        ("gyro_y", 0.0),
+        ("gyro_z", 0.0),
+        ("accel_x", 0.0),
+        ("accel_y", 0.0),
+        ("accel_z", 9.8),
+    ];
+    for cell in [0, 5] {
+        for value in [1e9, -1e9, 1e300] {
+            assert_eq!(units_of(&columns, Some((cell, value))), [""; 0], "{cell}");
+        }
+    }
+}

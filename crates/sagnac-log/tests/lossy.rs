@@ -207,3 +207,44 @@ fn motion_is_seen_among_lost_samples() {
         );
     }
 }
+
+#[test]
+fn rows_that_are_missing_at_equal_distances_are_lost_where_the_rate_is_told() {
+    for every in [5, 50, 500] {
+        let mut text = String::from("time [s],gyro_x [rad/s]\n");
+        let mut noise = Draw(3);
+        for k in (0..30_000).filter(|k| k % every != 7 % every) {
+            text += &format!("{:.2},{}\n", f64::from(k) / 100.0, noise.next());
+        }
+        let of = |rate_hz: Option<f64>| {
+            let options = ReadOptions {
+                rate_hz,
+                ..ReadOptions::default()
+            };
+            read(Source::memory("a.csv", text.clone().into()), &options).unwrap()
+        };
+        let log = of(Some(100.0));
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        assert_eq!(health.dt_s, 0.01);
+        let lost: u64 = health
+            .issues
+            .iter()
+            .filter(|i| i.kind == IssueKind::Gap)
+            .map(|i| i.count)
+            .sum();
+        // At most a hundred gaps are listed, the last with what is left.
+        assert!(lost >= 30_000 / every as u64 / 100, "{every} {lost}");
+        assert!(kinds(&health).contains(&"gap"), "{every}");
+        assert!(!health.channels[0].quiet[0].filled.is_empty(), "{every}");
+        // Told the slower rate, or nothing, they are one sensor's own stamps.
+        let slow = 100.0 * (every as f64 - 1.0) / every as f64;
+        if every == 50 {
+            for rate in [None, Some(slow)] {
+                let log = of(rate);
+                let health = check(&log, &HealthOptions::default()).unwrap();
+                assert!(!kinds(&health).contains(&"gap"), "{rate:?}");
+                assert!((health.dt_s * slow - 1.0).abs() < 1e-3, "{rate:?}");
+            }
+        }
+    }
+}

@@ -418,33 +418,55 @@ pub(crate) fn quantization_issue(
     }
 }
 
+/// More than the fastest gyros sold measure (20 000 deg/s), rad/s.
+const FASTEST_GYRO: f64 = 350.0;
+
+/// An accelerometer at rest that shows less is dead, m/s^2.
+const DEAD: f64 = 0.1;
+
+/// Mean and standard deviation of what is finite and not far out: a single absurd sample moves neither.
+fn robust_mean(rows: usize, value: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
+    let stride = rows.div_ceil(10_000).max(1);
+    let mut some: Vec<f64> = (0..rows)
+        .step_by(stride)
+        .map(&value)
+        .filter(|v| v.is_finite())
+        .collect();
+    let middle = crate::clock::median(&mut some)?;
+    let mut apart: Vec<f64> = some.iter().map(|v| (v - middle).abs()).collect();
+    let spread = crate::clock::median(&mut apart)?;
+    let far = 20.0 * spread + 0.5 * middle;
+    let (mut n, mut sum, mut squares) = (0_u64, 0.0, 0.0);
+    for l in (0..rows).map(value).filter(|l| (l - middle).abs() <= far) {
+        n += 1;
+        sum += l - middle;
+        squares += (l - middle) * (l - middle);
+    }
+    let off = sum / n as f64;
+    (n > 0).then(|| {
+        let variance = (squares / n as f64 - off * off).max(0.0);
+        (middle + off, variance.sqrt())
+    })
+}
+
 /// |f| far from g, |w| of a log at rest far from zero.
 pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>) {
-    let rows = 0..log.rows;
-    let push = |channel: &str, text: String, issues: &mut Vec<Issue>| {
-        let mut i = issue(IssueKind::Units, channel, clock, &rows, log.rows, text);
-        i.channel = None;
-        issues.push(i);
-    };
-    let length = |word: &str| -> Option<(f64, f64)> {
+    // Findings of one kind and span are one: both sensors are told in its text.
+    let mut texts: Vec<String> = Vec::new();
+    // Of an accelerometer all three axes, of a gyro those that there are.
+    let length = |word: &str, least: usize| -> Option<(f64, f64)> {
         let c: Vec<&[f64]> = ["x", "y", "z"]
             .iter()
             .filter_map(|a| log.channel(&format!("{word}_{a}")))
             .collect();
-        let [x, y, z] = c.as_slice() else { return None };
-        let (mut n, mut sum, mut squares) = (0_u64, 0.0, 0.0);
-        for k in 0..log.rows {
-            let l = (x[k] * x[k] + y[k] * y[k] + z[k] * z[k]).sqrt();
-            if l.is_finite() {
-                n += 1;
-                sum += l;
-                squares += l * l;
-            }
+        if c.len() < least {
+            return None;
         }
-        let mean = sum / n as f64;
-        (n > 0).then(|| (mean, (squares / n as f64 - mean * mean).max(0.0).sqrt()))
+        robust_mean(log.rows, |k| {
+            c.iter().map(|x| x[k] * x[k]).sum::<f64>().sqrt()
+        })
     };
-    let force = length("accel");
+    let force = length("accel", 3);
     if let Some((f, _)) = force
         && (f / 9.81 - 1.0).abs() > 0.08
     {
@@ -461,21 +483,29 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
             .map_or(String::new(), |(text, _)| format!(", as if it were {text}")),
             Some(unit) => format!(", as if it were in {unit}"),
         };
-        push(
-            "accel",
-            format!("|f| is {} m/s^2, far from 9.81{hint}", short(f)),
-            issues,
-        );
+        texts.push(format!("|f| is {} m/s^2, far from 9.81{hint}", short(f)));
     }
-    if let Some((w, _)) = length("gyro") {
-        let is_still = force.is_none_or(|(f, s)| s < 0.1 * f);
-        if w > 5.0 && is_still {
-            push(
-                "gyro",
-                format!("|w| is {} rad/s at rest, as if it were in deg/s", short(w)),
-                issues,
-            );
+    if let Some((w, _)) = length("gyro", 1) {
+        // A dead accelerometer says nothing of rest.
+        let is_still = force.is_none_or(|(f, s)| f < DEAD || s <= 0.1 * f);
+        let hint = if w > FASTEST_GYRO {
+            Some("more than gyros measure: look at the unit")
+        } else if w > 5.0 && is_still {
+            Some("at rest, as if it were in deg/s")
+        } else {
+            None
+        };
+        if let Some(hint) = hint {
+            let comma = if w > FASTEST_GYRO { "," } else { "" };
+            let text = format!("|w| is {} rad/s{comma} {hint}", short(w));
+            texts.push(text);
         }
+    }
+    if !texts.is_empty() {
+        let text = texts.join("; ");
+        let mut i = issue(IssueKind::Units, "", clock, &(0..log.rows), log.rows, text);
+        i.channel = None;
+        issues.push(i);
     }
 }
 
