@@ -237,7 +237,7 @@ fn rows_that_are_missing_at_equal_distances_are_lost_where_the_rate_is_told() {
         assert!(kinds(&health).contains(&"gap"), "{every}");
         assert!(!health.channels[0].quiet[0].filled.is_empty(), "{every}");
         // Told the slower rate, or nothing, they are one sensor's own stamps.
-        let slow = 100.0 * (every as f64 - 1.0) / every as f64;
+        let slow = 100.0 * f64::from(every - 1) / f64::from(every);
         if every == 50 {
             for rate in [None, Some(slow)] {
                 let log = of(rate);
