@@ -178,3 +178,35 @@ fn aliases_of_six_positions() {
     assert_eq!(cubic.aliases[0].0, "accel.scale_factor.x");
     assert!((cubic.aliases[0].1 - G * G).abs() < 1e-9 * G * G);
 }
+
+#[test]
+fn every_term_asked_for_has_stations_to_add_where_rate_and_temperature_must_meet() {
+    let mut chamber = Vec::new();
+    for t in [-20.0, 0.0, 20.0, 40.0, 60.0] {
+        chamber.extend(faces(Some(t)));
+    }
+    let found = calibrate(&chamber, &Options::default()).unwrap();
+    assert_eq!(found.hopeless, Vec::<String>::new());
+    let mut rows = chamber;
+    for addition in &found.additions {
+        for bundle in &addition.bundles {
+            rows.extend(
+                bundle
+                    .stations
+                    .iter()
+                    .map(|s| station(s.f, s.w, s.wdot, s.temperature_c.or(Some(20.0)))),
+            );
+        }
+    }
+    // Followed, the advice determines what was missing.
+    let after = calibrate(&rows, &Options::default()).unwrap();
+    for held in found.held.iter().filter(|h| h.asked) {
+        assert!(after.parameter(&held.name).is_some(), "{}", held.name);
+    }
+    assert!(
+        found
+            .held
+            .iter()
+            .any(|h| h.name == "gyro.scale_factor.temperature.1.x")
+    );
+}

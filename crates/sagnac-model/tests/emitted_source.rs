@@ -63,6 +63,7 @@ fn request(model: &SensorModel<f64>, precision: Precision) -> EmitRequest<'_> {
         model,
         dt_s: 0.01,
         precision,
+        held: &[],
     }
 }
 
@@ -353,4 +354,25 @@ fn outside_the_bound_nothing_is_emitted() {
     assert!(emit::c(&request(&model, Precision::F64)).is_err());
     model.gyro.scale_factor.fixed = [-1.0; 3];
     assert!(emit::rust(&request(&model, Precision::F32)).is_err());
+}
+
+#[test]
+fn terms_held_at_zero_are_named_in_the_comments() {
+    let model = models::example();
+    let held = [
+        "gyro.scale_factor.x".to_owned(),
+        "accel.axis_offset.xy".to_owned(),
+    ];
+    let request = EmitRequest {
+        held: &held,
+        ..request(&model, Precision::F64)
+    };
+    for files in [emit::c(&request).unwrap(), emit::rust(&request).unwrap()] {
+        let text = &files[0].text;
+        assert!(text.contains("held at zero in the calibration"), "{text}");
+        assert!(
+            text.contains("gyro.scale_factor.x, accel.axis_offset.xy"),
+            "{text}"
+        );
+    }
 }

@@ -8,16 +8,17 @@ mod model_file;
 mod multi_position;
 mod place;
 mod plan;
+mod sheet;
 mod table;
 mod text;
 mod thermal;
 mod units;
 
-pub use certificate::PageFacts;
 pub use merge::{MergeOutcome, MergeRequest, Unequal, merge};
 pub use multi_position::{MultiPositionOutcome, MultiPositionRequest, multi_position};
 pub use place::Place;
 pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
+pub use sheet::{CertificateTexts, PageFacts};
 pub use thermal::{ThermalOutcome, ThermalRequest, thermal};
 
 use place::place_gravity;
@@ -56,11 +57,7 @@ pub struct StationsRequest {
     /// Standard error of the levelling \[rad\]; 0.5° for `up` rows and 0 else where not given.
     pub tilt_rad: Option<f64>,
     /// Texts of the certificate.
-    pub item: String,
-    /// Customer.
-    pub customer: String,
-    /// Number of the certificate.
-    pub certificate: String,
+    pub texts: CertificateTexts,
 }
 
 /// What a schedule found in a log: `station`, start and end \[s\].

@@ -17,6 +17,7 @@ use crate::Error;
 use crate::clock::{RowClock, overridden_dt_s};
 use crate::simulate::Channels;
 use rows::{Pending, Work};
+pub use usable::held_at_zero;
 use usable::usable;
 
 /// How a log is corrected.

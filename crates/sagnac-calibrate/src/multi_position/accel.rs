@@ -90,6 +90,8 @@ pub(super) struct Fit {
     pub(super) scatter: Scatter,
     /// |f̂| − g.
     pub(super) residuals: Vec<f64>,
+    /// Their standard deviations by the sensor's noise.
+    pub(super) sigmas: Vec<f64>,
     /// Weights of Huber, 1 where nothing is wrong.
     pub(super) weights: Vec<f64>,
     /// f̂ of each pose.
@@ -149,7 +151,7 @@ fn system(
 }
 
 /// Which terms the poses determine.
-fn decide(design: &DMatrix<f64>, asked: &[bool; 9]) -> [Status; 9] {
+pub(super) fn decide(design: &DMatrix<f64>, asked: &[bool; 9]) -> [Status; 9] {
     let mut groups = Vec::new();
     for wanted in [true, false] {
         for range in [0..3, 3..6, 6..9] {
@@ -297,6 +299,12 @@ fn finish(
         dof,
         scatter,
         residuals: last.residuals,
+        sigmas: last
+            .roots
+            .iter()
+            .zip(&weights)
+            .map(|(root, weight)| weight.sqrt() / root)
+            .collect(),
         weights,
         forces: last.forces,
         design: last.design,

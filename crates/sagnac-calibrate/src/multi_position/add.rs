@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::turns::{self, Correction};
 use super::{PoseToAdd, TurnToAdd, accel, gyro};
-use crate::stations::add::directions;
+use crate::stations::{Status, add::directions};
 
 /// Most poses or turns that are proposed.
 const MOST: usize = 20;
@@ -116,6 +116,77 @@ pub(super) fn poses(
         belief.covariance = after;
     }
     out
+}
+
+/// Poses which, beside those in `directions`, make bias and scale factor of all axes determined, in words.
+///
+/// Chosen one by one by what they tell of the terms that are not, until [`accel::decide`] admits all of them; then
+/// those are left out that are not needed.
+pub(super) fn resolving(
+    directions: &[Vector3<f64>],
+    asked: &[bool; 9],
+    se: [f64; 3],
+) -> Vec<String> {
+    const GRAVITY: f64 = 9.806_65;
+    let identity = Matrix3::identity();
+    let row = |d: &Vector3<f64>| {
+        let (row, v) = accel::row(&(d * GRAVITY), &identity);
+        let sigma = (0..3).map(|k| (v[k] * se[k]).powi(2)).sum::<f64>().sqrt();
+        row.map(|c| c / sigma)
+    };
+    let design = |chosen: &[usize], all: &[([f64; 3], String)]| {
+        let rows: Vec<[f64; 9]> = directions
+            .iter()
+            .copied()
+            .chain(chosen.iter().map(|i| Vector3::from(all[*i].0)))
+            .map(|d| row(&d))
+            .collect();
+        DMatrix::from_fn(rows.len(), 9, |i, j| rows[i][j])
+    };
+    let open = |design: &DMatrix<f64>| -> Vec<usize> {
+        let status = accel::decide(design, asked);
+        (0..6)
+            .filter(|j| asked[*j] && status[*j] != Status::Admitted)
+            .collect()
+    };
+    let all = self::directions();
+    let candidates: Vec<DMatrix<f64>> = all
+        .iter()
+        .map(|(d, _)| {
+            let row = row(&Vector3::from(*d));
+            DMatrix::from_fn(1, 9, |_, j| row[j])
+        })
+        .collect();
+    let mut chosen: Vec<usize> = Vec::new();
+    while chosen.len() < MOST {
+        let now = design(&chosen, &all);
+        let missing = open(&now);
+        if missing.is_empty() {
+            break;
+        }
+        // A pose that is there already tells what another cannot: each is added once.
+        let best = Belief::new(&now, accel::PLAUSIBLE.to_vec()).and_then(|belief| {
+            (0..candidates.len())
+                .filter(|i| !chosen.contains(i))
+                .filter_map(|i| {
+                    let after = belief.after(&candidates[i])?;
+                    let fall = |j: &usize| {
+                        (belief.covariance[(*j, *j)] / after[(*j, *j)].max(1e-300)).ln()
+                    };
+                    Some((missing.iter().map(fall).sum::<f64>(), i))
+                })
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+        });
+        let Some((_, i)) = best else { break };
+        chosen.push(i);
+    }
+    for i in chosen.clone() {
+        let fewer: Vec<usize> = chosen.iter().copied().filter(|c| *c != i).collect();
+        if open(&design(&fewer, &all)).is_empty() {
+            chosen = fewer;
+        }
+    }
+    chosen.into_iter().map(|i| all[i].1.clone()).collect()
 }
 
 /// Turns to add: a quarter turn about each of the 26 axes, gravity across it.

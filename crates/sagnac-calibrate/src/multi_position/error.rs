@@ -16,8 +16,11 @@ pub enum Error {
         length_s: f64,
     },
     /// No rest.
-    #[error("the sensor moves all the time: no rest of 0.5 s was found")]
-    AlwaysMoving,
+    #[error("the sensor moves all the time: it never lies still for 0.5 s{}", turns(*turning))]
+    AlwaysMoving {
+        /// Steady stretches in which it turns all the while.
+        turning: usize,
+    },
     /// Outputs in g that claim to be in m/s².
     #[error("|f| at rest is {size:.3}, which looks like g, not m/s^2")]
     LooksLikeG {
@@ -67,6 +70,15 @@ pub enum Error {
     TurnsDisagree,
 }
 
+/// What steady stretches that are no rests do.
+fn turns(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        1 => ", and turns in the one stretch that is steady".to_owned(),
+        n => format!(", and turns in each of {n} stretches that are steady"),
+    }
+}
+
 impl Error {
     /// Where.
     pub fn place(&self) -> Option<String> {
@@ -86,7 +98,7 @@ impl Error {
             Self::TooShort { .. } => {
                 "record at least nine rests of 2 s or more, turned by hand between them".to_owned()
             }
-            Self::AlwaysMoving => {
+            Self::AlwaysMoving { .. } => {
                 "lay the sensor down between the turns, 2 s or more each time, in nine directions or more".to_owned()
             }
             Self::LooksLikeG { .. } => {
@@ -118,8 +130,14 @@ pub(super) fn check(recording: &Recording, found: &Found, options: &Options) -> 
         return Err(Error::TooShort { length_s });
     }
     // The quietest tenth of a log that rests somewhere is sensor noise.
-    if found.rests.is_empty() || found.quiet[0] > 0.4 || found.quiet[1] > 0.08 {
-        return Err(Error::AlwaysMoving);
+    // Where most steady stretches turn, the few others are chance.
+    let turning = found.turning.len();
+    if found.rests.is_empty()
+        || turning > 2 * found.rests.len()
+        || found.quiet[0] > 0.4
+        || found.quiet[1] > 0.08
+    {
+        return Err(Error::AlwaysMoving { turning });
     }
     let sizes = found
         .rests
@@ -167,6 +185,7 @@ pub(super) fn enough(
     fit: &accel::Fit,
     asked: &[bool; 9],
     directions: &[Vector3<f64>],
+    se_m_s2: [f64; 3],
 ) -> Result<(), Error> {
     let missing: Vec<String> = (0..6)
         .filter(|j| asked[*j] && fit.status[*j] != Status::Admitted)
@@ -178,12 +197,7 @@ pub(super) fn enough(
     if missing.is_empty() {
         return Ok(());
     }
-    let se = [2e-3; 3];
-    let all: Vec<String> = add::poses(fit, &[true; 9], se, 9.80665)
-        .into_iter()
-        .map(|p| p.words)
-        .take(6)
-        .collect();
+    let all = add::resolving(directions, asked, se_m_s2);
     Err(Error::NotDetermined {
         poses: directions.len(),
         missing: missing.join(", "),

@@ -115,6 +115,9 @@ pub(super) struct Fit {
     pub(super) scatter: Scatter,
     /// |e| of each turn.
     pub(super) errors: Vec<f64>,
+    /// Its two components, and their standard deviations.
+    pub(super) components: Vec<[f64; 2]>,
+    pub(super) component_sigmas: Vec<[f64; 2]>,
     /// Weight of each turn, 1 where nothing is wrong.
     pub(super) weights: Vec<f64>,
     /// mean_i − b − G f̂_i.
@@ -639,10 +642,16 @@ fn finish(
             .map(|w| (w[1][k] - w[0][k]).abs())
             .fold(0.0, f64::max)
     });
+    let of_turn = |t: usize| [0, 1].map(|c| 3 * n + 2 * t + c);
+    let components: Vec<[f64; 2]> = (0..input.turns.len())
+        .map(|t| of_turn(t).map(|at| last.residuals[at]))
+        .collect();
     Ok(Fit {
-        errors: (0..input.turns.len())
-            .map(|t| last.residuals[3 * n + 2 * t].hypot(last.residuals[3 * n + 2 * t + 1]))
+        errors: components.iter().map(|[a, b]| a.hypot(*b)).collect(),
+        component_sigmas: (0..input.turns.len())
+            .map(|t| of_turn(t).map(|at| last.covariance[(at, at)].sqrt() * weights[t]))
             .collect(),
+        components,
         rest_residuals: (0..n)
             .map(|i| [0, 1, 2].map(|k| last.residuals[3 * i + k]))
             .collect(),

@@ -118,6 +118,8 @@ pub struct Pose {
     pub direction: [f64; 3],
     /// |f̂| − g \[m/s²\].
     pub residual: f64,
+    /// Its standard deviation by the sensor's noise \[m/s²\].
+    pub sigma: f64,
     /// |mean output| − g \[m/s²\].
     pub before: f64,
     /// Huber's weight: below 1 the pose does not fit the others.
@@ -137,6 +139,10 @@ pub struct TurnError {
     pub end_s: f64,
     /// Angle between the direction of gravity and the one that the gyro leads to \[rad\].
     pub error_rad: f64,
+    /// Its two components across gravity \[rad\].
+    pub components_rad: [f64; 2],
+    /// Their standard deviations by what is known of noise, drift and the Earth's rate \[rad\].
+    pub sigma_rad: [f64; 2],
     /// Weight: below 1 the turn does not fit the others.
     pub weight: f64,
 }
@@ -171,11 +177,22 @@ pub struct TurnToAdd {
     pub sigma_after: f64,
 }
 
+/// A stretch between rests that is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Broken {
+    /// Start and end \[s\].
+    pub span_s: [f64; 2],
+    /// Time jumps in it; otherwise a sample is no number.
+    pub is_gap: bool,
+}
+
 /// Drift of the gyro bias during the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroDrift {
-    /// Random walk \[rad/s/√s\], 0 where none is seen.
+    /// Random walk \[rad/s/√s\], 0 where none is seen: where chance alone would show one in one log of forty.
     pub rate_random_walk: [f64; 3],
+    /// Its 95 % interval by the profile of the likelihood, `[0, 0]` where none is seen.
+    pub interval: [[f64; 2]; 3],
     /// Largest change of the bias from one rest to the next \[rad/s\].
     pub largest: [f64; 3],
     /// Whether the Earth's rate was counted as an error of the rests: not where they scatter less than that.
@@ -221,6 +238,10 @@ pub struct Outcome {
     pub gyro_refused: Option<Error>,
     /// Turns left out because the gyro saturates in them: start and end \[s\].
     pub saturated: Vec<[f64; 2]>,
+    /// Stretches between rests that are left out, for time jumps in them or a sample is no number.
+    pub broken: Vec<Broken>,
+    /// Steady stretches that turn all the while, and so are no rests: start and end \[s\].
+    pub turning: Vec<[f64; 2]>,
     /// Standard deviation of a sample, accelerometer and gyro.
     pub noise: [Option<[f64; 3]>; 2],
 }
@@ -253,9 +274,13 @@ pub fn calibrate(recording: &Recording, options: &Options) -> Result<Outcome, Er
         .iter()
         .map(|r| accel_sigma.map(|s| s / r.samples().sqrt()))
         .collect();
+    let usual = |sigma: [f64; 3]| {
+        let samples = median(rests.iter().map(rests::Rest::samples).collect()).unwrap_or(1.0);
+        sigma.map(|s| s / samples.sqrt())
+    };
     let asked = accel::TERMS.map(|(_, term)| options.asked.has(term.group, false));
     let fit = accel::fit(&means, &se, &asked, options)?;
-    error::enough(&fit, &asked, &directions)?;
+    error::enough(&fit, &asked, &directions, usual(accel_sigma))?;
     let mut out = Outcome {
         parameters: Vec::new(),
         covariance: Vec::new(),
@@ -275,14 +300,17 @@ pub fn calibrate(recording: &Recording, options: &Options) -> Result<Outcome, Er
         gyro_drift: None,
         gyro_refused: None,
         saturated: Vec::new(),
+        broken: broken(recording, &found),
+        turning: found
+            .turning
+            .iter()
+            .map(|r| recording.span_s(r.first, r.end))
+            .collect(),
         noise: [Some(accel_sigma), None],
-    };
-    let usual = |sigma: [f64; 3]| {
-        let samples = median(rests.iter().map(rests::Rest::samples).collect()).unwrap_or(1.0);
-        sigma.map(|s| s / samples.sqrt())
     };
     out.add_poses = add::poses(&fit, &asked, usual(accel_sigma), options.gravity_m_s2);
     tell::accel(&fit, &asked, &mut out);
+    tell::rest(Sensor::Accel, &options.asked, &mut out);
     if let Some(gyro) = &recording.gyro {
         match turn(
             recording,
@@ -296,6 +324,7 @@ pub fn calibrate(recording: &Recording, options: &Options) -> Result<Outcome, Er
             Ok(()) => {}
             Err(error) => out.gyro_refused = Some(error),
         }
+        tell::rest(Sensor::Gyro, &options.asked, &mut out);
     }
     out.confused.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
     Ok(out)
@@ -322,6 +351,7 @@ fn poses(recording: &Recording, rests: &[rests::Rest], fit: &accel::Fit, g: f64)
                 end_s,
                 direction: fit.forces[i].normalize().into(),
                 residual: fit.residuals[i],
+                sigma: fit.sigmas[i],
                 before: Vector3::from(rest.accel).norm() - g,
                 weight: fit.weights[i],
                 gyro_residual: None,
@@ -364,6 +394,32 @@ fn between(found: &rests::Found) -> impl Iterator<Item = turns::Turn> + '_ {
         })
 }
 
+/// The stretches between rests that have a gap or a sample that is no number.
+fn broken(recording: &Recording, found: &rests::Found) -> Vec<Broken> {
+    between(found)
+        .filter_map(|turn| {
+            let is_gap = has_gap(found, turn);
+            (is_gap || !is_finite(recording, turn)).then(|| Broken {
+                span_s: recording.span_s(turn.first, turn.end),
+                is_gap,
+            })
+        })
+        .collect()
+}
+
+fn has_gap(found: &rests::Found, turn: turns::Turn) -> bool {
+    found.gaps.iter().any(|g| *g > turn.first && *g <= turn.end)
+}
+
+fn is_finite(recording: &Recording, turn: turns::Turn) -> bool {
+    recording
+        .gyro
+        .iter()
+        .flatten()
+        .chain(&recording.accel)
+        .all(|axis| axis[turn.first..turn.end].iter().all(|v| v.is_finite()))
+}
+
 /// The stretches between rests that are turns: no gap in them, nothing that is not a number, not a mere knock.
 fn turns_between(
     recording: &Recording,
@@ -374,13 +430,10 @@ fn turns_between(
     let shortest = ((SHORTEST_TURN_S + CUTS_S) / recording.dt_s).round() as usize;
     between(found)
         .filter(|turn| {
-            let broken = found.gaps.iter().any(|g| *g > turn.first && *g <= turn.end);
-            let sound = !saturates(gyro, largest, *turn)
-                && gyro
-                    .iter()
-                    .chain(&recording.accel)
-                    .all(|a| a[turn.first..turn.end].iter().all(|v| v.is_finite()));
-            turn.end - turn.first >= shortest && !broken && sound
+            turn.end - turn.first >= shortest
+                && !has_gap(found, *turn)
+                && !saturates(gyro, largest, *turn)
+                && is_finite(recording, *turn)
         })
         .collect()
 }
@@ -421,13 +474,15 @@ fn turn(
     let fit = gyro::fit(&input)?;
     let errors = fit.errors.clone();
     error::turns_agree(median(errors.clone()).unwrap_or(0.0))?;
-    for (turn, (error_rad, weight)) in turns.iter().zip(errors.iter().zip(&fit.weights)) {
+    for (i, turn) in turns.iter().enumerate() {
         let [start_s, end_s] = recording.span_s(turn.first, turn.end);
         out.turns.push(TurnError {
             start_s,
             end_s,
-            error_rad: *error_rad,
-            weight: *weight,
+            error_rad: errors[i],
+            components_rad: fit.components[i],
+            sigma_rad: fit.component_sigmas[i],
+            weight: fit.weights[i],
         });
     }
     for (pose, residual) in out.poses.iter_mut().zip(&fit.rest_residuals) {
@@ -435,7 +490,20 @@ fn turn(
     }
     out.gyro_rms = Some(rms(errors.iter().copied()));
     out.gyro_drift = Some(GyroDrift {
-        rate_random_walk: fit.drift.rate,
+        rate_random_walk: [0, 1, 2].map(|k| {
+            if fit.drift.seen[k] {
+                fit.drift.rate[k]
+            } else {
+                0.0
+            }
+        }),
+        interval: [0, 1, 2].map(|k| {
+            if fit.drift.seen[k] {
+                fit.drift.interval[k]
+            } else {
+                [0.0; 2]
+            }
+        }),
         largest: fit.largest_change,
         has_earth: fit.drift.has_earth,
     });

@@ -34,6 +34,8 @@ impl Rest {
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) rests: Vec<Rest>,
+    /// Steady stretches that turn: no rests.
+    pub(super) turning: Vec<Rest>,
     /// Standard deviation of an accelerometer axis at the threshold \[m/s²\].
     pub(super) threshold_m_s2: f64,
     /// Quiet level: standard deviation of an accelerometer and a gyro axis.
@@ -165,6 +167,7 @@ pub(super) fn find(recording: &Recording) -> Found {
         .collect();
     let mut found = Found {
         rests: Vec::new(),
+        turning: Vec::new(),
         threshold_m_s2: 0.0,
         quiet: [0.0; 2],
         gaps: recording.gaps(),
@@ -219,8 +222,81 @@ pub(super) fn find(recording: &Recording) -> Found {
             found.rests.push(rest(&sensors, first + cut, k - cut));
         }
     }
-    found.rests = without_scraps(std::mem::take(&mut found.rests));
+    let (rests, turning) = part(recording, std::mem::take(&mut found.rests), found.quiet[0]);
+    found.rests = without_scraps(rests);
+    found.turning = turning;
     found
+}
+
+/// Slowest turn of the direction of gravity in the sensor that is no rest \[rad/s\]: a hand that holds it still does not
+/// reach it.
+const TURNING_RAD_S: f64 = 0.03;
+/// Difference of the gyro's mean from that of the other rests that no bias, no drift and no g-sensitivity makes.
+const SPINNING_RAD_S: f64 = 0.06;
+
+/// Parts steady stretches into rests and those in which the sensor turns all the while: where the direction of
+/// gravity moves steadily, or the gyro reads far from what it reads in the others.
+fn part(recording: &Recording, all: Vec<Rest>, quiet_m_s2: f64) -> (Vec<Rest>, Vec<Rest>) {
+    let usual =
+        [0, 1, 2].map(|k| median(all.iter().filter_map(|r| r.gyro.map(|g| g[k])).collect()));
+    // A gyro in a wrong unit reads its turns larger too.
+    let fast = recording.gyro.map_or(0.0, |gyro| {
+        let mut sizes: Vec<f64> = (0..recording.samples())
+            .step_by(7)
+            .map(|k| {
+                (0..3)
+                    .map(|j| gyro[j][k] - usual[j].unwrap_or(0.0))
+                    .map(|v| v * v)
+                    .sum()
+            })
+            .filter(|v: &f64| v.is_finite())
+            .collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get(sizes.len() * 9 / 10).map_or(0.0, |v| v.sqrt())
+    });
+    let most = SPINNING_RAD_S.max(0.05 * fast);
+    all.into_iter().partition(|rest| {
+        let spins = rest
+            .gyro
+            .is_some_and(|g| (0..3).any(|k| usual[k].is_some_and(|u| (g[k] - u).abs() > most)));
+        !spins && turn_rate(recording, rest, quiet_m_s2) < TURNING_RAD_S
+    })
+}
+
+/// Length of the parts of a stretch whose directions are compared.
+const PART_S: f64 = 1.0;
+
+/// Rate at which the direction of the specific force moves all through a stretch: the median from part to part, 0
+/// where noise explains it.
+fn turn_rate(recording: &Recording, rest: &Rest, quiet_m_s2: f64) -> f64 {
+    let part = ((PART_S / recording.dt_s).round() as usize).min((rest.end - rest.first) / 3);
+    if part == 0 {
+        return 0.0;
+    }
+    let mean = |from: usize| {
+        recording
+            .accel
+            .map(|axis| axis[from..from + part].iter().sum::<f64>() / part as f64)
+    };
+    let means: Vec<[f64; 3]> = (rest.first..=rest.end - part)
+        .step_by(part)
+        .map(mean)
+        .collect();
+    let dot = |u: &[f64; 3], v: &[f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    let rate = |pair: &[[f64; 3]]| {
+        let (a, b) = (&pair[0], &pair[1]);
+        let size = dot(a, a).sqrt().max(1e-9);
+        let along = dot(a, b) / size;
+        let across = (dot(b, b) - along * along).max(0.0).sqrt();
+        let angle = across.atan2(along);
+        let noise = quiet_m_s2 * (2.0 / part as f64).sqrt() / size;
+        if angle > 6.0 * noise {
+            angle / (part as f64 * recording.dt_s)
+        } else {
+            0.0
+        }
+    };
+    median(means.windows(2).map(rate).collect()).unwrap_or(0.0)
 }
 
 fn rest(sensors: &[[&[f64]; 3]], first: usize, end: usize) -> Rest {

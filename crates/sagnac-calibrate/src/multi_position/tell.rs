@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use sagnac_core::Sensor;
 
 use super::{Outcome, Told, accel, append, gyro};
-use crate::stations::{Held, Parameter, Status};
+use crate::stations::{Asked, Group, Held, Parameter, Status, Term};
 
 /// Writes the accelerometer's estimate.
 pub(super) fn accel(fit: &accel::Fit, asked: &[bool; 9], out: &mut Outcome) {
@@ -44,6 +44,32 @@ pub(super) fn gyro(fit: &gyro::Fit, asked: &[bool; 21], out: &mut Outcome) {
         },
         out,
     );
+}
+
+/// Names every term of a sensor of the log that was not estimated: those that no hand-turned log tells, and all of a
+/// gyro that was refused. The accelerometer's misalignments that the frame makes zero are none.
+pub(super) fn rest(sensor: Sensor, asked: &Asked, out: &mut Outcome) {
+    let groups = Group::of(sensor, 1, 1);
+    for k in 0..3 {
+        for term in Term::of(&groups, k, 1) {
+            let name = term.name(sensor, k);
+            let by_frame =
+                sensor == Sensor::Accel && term.group == Group::Misalignment && term.component > k;
+            let known = out.parameter(&name).is_some()
+                || out.available.contains(&name)
+                || out.held.iter().any(|h| h.name == name);
+            if by_frame || known {
+                continue;
+            }
+            out.held.push(Held {
+                asked: super::GROUPS.contains(&term.group) && asked.has(term.group, false),
+                name,
+                group: term.group,
+                status: Status::NoInput,
+                aliases: Vec::new(),
+            });
+        }
+    }
 }
 
 /// A column by others, least squares.

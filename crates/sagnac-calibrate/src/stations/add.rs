@@ -113,6 +113,23 @@ pub(crate) fn bundles(
     }
     for change in [20.0, -20.0] {
         let t = options.reference_temperature_c + change;
+        // A scale factor changes with temperature where there is a rate and a temperature at once.
+        for (d, name) in all.iter().take(6).filter(|(_, n)| n.starts_with('+')) {
+            out.push(Bundle {
+                words: format!(
+                    "at {t:.0} degC spins of {:.0} deg/s both ways about {name}, that axis up",
+                    spin.to_degrees()
+                ),
+                stations: [1.0, -1.0]
+                    .map(|s| Station {
+                        f: d.map(|v| g * v),
+                        w: d.map(|v| s * spin * v),
+                        temperature_c: Some(t),
+                        ..blank()
+                    })
+                    .into(),
+            });
+        }
         out.push(Bundle {
             words: format!("the six faces at {t:.0} degC"),
             stations: all

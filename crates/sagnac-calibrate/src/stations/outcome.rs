@@ -86,6 +86,11 @@ pub struct ResidualRow {
     pub accel: [Option<f64>; 3],
     /// Gyro \[rad/s\].
     pub gyro: [Option<f64>; 3],
+    /// Standard uncertainty of the accelerometer's: of the output and of the reference with its tilt; none without
+    /// standard errors.
+    pub accel_sigma: [Option<f64>; 3],
+    /// The same of the gyro.
+    pub gyro_sigma: [Option<f64>; 3],
 }
 
 /// What a table gave.
@@ -241,6 +246,8 @@ pub fn calibrate(stations: &[Station], options: &Options) -> Result<Outcome, Err
                 station: s.label.clone(),
                 accel: [None; 3],
                 gyro: [None; 3],
+                accel_sigma: [None; 3],
+                gyro_sigma: [None; 3],
             })
             .collect(),
         residual_rms: [None; 2],
@@ -477,15 +484,18 @@ fn write_axis(
     let problem = &axis.problem;
     let (sensor, k) = (problem.sensor, problem.k);
     let label = format!("{}_{}", sensor.key(), AXES[k]);
-    for (row, residual) in problem
+    let roots = problem.root_weights(stations, state);
+    for ((row, residual), root) in problem
         .rows
         .iter()
         .zip(problem.residuals(stations, state, offsets))
+        .zip(roots)
     {
+        let sigma = problem.has_errors.then(|| 1.0 / root);
         let place = &mut outcome.residuals[*row];
         match sensor {
-            Sensor::Gyro => place.gyro[k] = Some(residual),
-            Sensor::Accel => place.accel[k] = Some(residual),
+            Sensor::Gyro => (place.gyro[k], place.gyro_sigma[k]) = (Some(residual), sigma),
+            Sensor::Accel => (place.accel[k], place.accel_sigma[k]) = (Some(residual), sigma),
         }
     }
     let Some(solution) = solution else {

@@ -147,7 +147,9 @@ fn emit_source(args: &Args, language: Language, context: &Context) -> Result<(),
     }
     let model = models::load(&args.model)?;
     let core = model.to_core()?;
+    let held = sagnac::correct::held_at_zero(&model);
     let request = EmitRequest {
+        held: &held,
         name: model.name(),
         model: &core,
         dt_s: 1.0 / model.sample_rate_hz().unwrap_or(100.0),

@@ -43,6 +43,8 @@ pub struct EmitRequest<'a> {
     pub dt_s: f64,
     /// The number type.
     pub precision: Precision,
+    /// Terms that the calibration held at zero: named in the comments, for they are not corrected.
+    pub held: &'a [String],
 }
 
 /// Why no source is emitted.
@@ -120,6 +122,7 @@ struct Table<T> {
 /// What both languages write.
 struct Plan<T: Real> {
     name: String,
+    held: Vec<String>,
     /// `f64` or `f32`.
     precision: &'static str,
     inverse: Compensation<T>,
@@ -184,6 +187,7 @@ impl<T: Real> Plan<T> {
         };
         Ok(Self {
             name: safe(request.name),
+            held: request.held.iter().map(|name| safe(name)).collect(),
             precision,
             tables: [of(Sensor::Gyro, "rad/s"), of(Sensor::Accel, "m/s^2")],
             cases: cases::cases(&model, &inverse),
@@ -301,6 +305,14 @@ impl<T: Real> Plan<T> {
         lines.push(
             "Not undone: noise, run-to-run draws, low-pass, rounding, saturation.".to_owned(),
         );
+        if !self.held.is_empty() {
+            lines.push("Not corrected, held at zero in the calibration:".to_owned());
+            lines.extend(
+                self.held
+                    .chunks(3)
+                    .map(|names| format!("  {}", names.join(", "))),
+            );
+        }
         lines
     }
 }

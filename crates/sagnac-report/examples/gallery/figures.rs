@@ -185,6 +185,7 @@ pub(crate) fn calibration_figures() -> Vec<Figure> {
         labels: (1..=24).map(|i| i.to_string()).collect(),
         axes: [0, 100, 200].map(|k| (0..24).map(|i| 110.0 * noise(i + k)).collect()),
         band: 66.0,
+        ..StationResiduals::default()
     };
     let histogram =
         |plot: &str, caption: &str, rest: &str, unit: &str, width: f64, color| Histogram {

@@ -26,10 +26,12 @@ pub(crate) fn results() -> ResultTable {
         name: name.to_owned(),
         unit: unit.to_owned(),
         cells,
+        ..ResultRow::default()
     };
     let pm = Estimate::plus_minus;
     ResultTable {
         heading: "Accelerometer".to_owned(),
+        sensor: "accel".to_owned(),
         rows: vec![
             row(
                 "Bias",
@@ -73,6 +75,7 @@ pub(crate) fn residuals() -> StationResiduals {
         labels: (1..=24).map(|i| i.to_string()).collect(),
         axes: [0, 100, 200].map(|k| (0..24).map(|i| 110.0 * noise(i + k)).collect()),
         band: 66.0,
+        ..StationResiduals::default()
     }
 }
 

@@ -2,56 +2,12 @@
 
 use core::fmt::Write as _;
 
+use super::results::{ResultTable, switch};
 use super::{Block, HtmlCell, HtmlTable, Input, Page, Rich, Section};
 use crate::plots::{CorrelationMap, Figure, Histogram, PoseSphere, StationResiduals};
-use crate::svg::{PLOT_CSS, TOKENS, escape, page_number};
-use crate::text::Estimate;
+use crate::svg::{PLOT_CSS, TOKENS, escape};
 
 const CERTIFICATE_CSS: &str = include_str!("../../assets/certificate.css");
-
-/// A row of results: one parameter of x, y, z in one unit.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ResultRow {
-    /// Name: `Bias`, `Misalignment to x`.
-    pub name: String,
-    /// x, y, z in the unit shown, with the interval that is stated.
-    pub cells: [Estimate; 3],
-    /// Unit: `µg`.
-    pub unit: String,
-}
-
-/// Results of one sensor.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ResultTable {
-    /// Heading: `Accelerometer`; empty: none.
-    pub heading: String,
-    /// Its rows.
-    pub rows: Vec<ResultRow>,
-}
-
-impl ResultTable {
-    fn html(&self, name: &str) -> HtmlTable {
-        let mut table = HtmlTable::new(name, &[&self.heading, "x", "y", "z", "Unit"], &[1, 2, 3]);
-        for row in &self.rows {
-            let mut cells: Vec<HtmlCell> = vec![row.name.clone().into()];
-            for estimate in row.cells {
-                cells.push(estimate_cell(estimate));
-            }
-            cells.push(row.unit.clone().into());
-            table.row(cells);
-        }
-        table
-    }
-}
-
-fn estimate_cell(estimate: Estimate) -> HtmlCell {
-    if matches!(estimate, Estimate::Absent) {
-        return HtmlCell::number("—");
-    }
-    let text = estimate.text();
-    HtmlCell::number(Rich::new().bold(page_number(&text.value)))
-        .with_note(page_number(&text.interval))
-}
 
 /// A quantity to which the result is referred.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -109,6 +65,14 @@ pub struct CertificatePage {
     pub statement: Rich,
     /// On a second sheet: goodness of fit by axis, axis, χ², degrees of freedom, p.
     pub fits: Vec<[String; 4]>,
+    /// Heading of the panels on the second sheet: `output against temperature`; empty: further residuals.
+    pub heading: String,
+    /// On a second sheet: curves and further residuals, each as wide as the page.
+    pub wide: Vec<StationResiduals>,
+    /// On a second sheet: curves and histograms, each a panel.
+    pub panels: Vec<Figure>,
+    /// On a second sheet: poses on the sphere.
+    pub poses: Option<PoseSphere>,
     /// On a second sheet: correlations.
     pub correlation: Option<CorrelationMap>,
     /// On a second sheet: estimates that depend on terms held at zero, and what to add.
@@ -206,7 +170,20 @@ impl CertificatePage {
     }
 
     fn has_annex(&self) -> bool {
-        self.correlation.is_some() || !self.fits.is_empty() || !self.hints.is_empty()
+        self.correlation.is_some()
+            || self.poses.is_some()
+            || !self.fits.is_empty()
+            || !self.hints.is_empty()
+            || !self.wide.is_empty()
+            || !self.panels.is_empty()
+    }
+
+    fn panels_heading(&self) -> String {
+        if self.heading.is_empty() {
+            "Annex: further residuals".to_owned()
+        } else {
+            format!("Annex: {}", self.heading)
+        }
     }
 
     /// The second sheet.
@@ -225,6 +202,18 @@ impl CertificatePage {
             }
             sections
                 .push(Section::new("fit", "Annex: goodness of fit", "").with(Block::Table(table)));
+        }
+        if !self.wide.is_empty() || !self.panels.is_empty() {
+            let mut section = Section::new("curves", &self.panels_heading(), "");
+            for r in &self.wide {
+                section = section.with(Block::Wide(r.figure()));
+            }
+            sections.push(section.with(Block::Panels(self.panels.clone())));
+        }
+        if let Some(poses) = &self.poses {
+            sections.push(
+                Section::new("poses", "Annex: poses", "").with(Block::Panels(vec![poses.figure()])),
+            );
         }
         if let Some(map) = &self.correlation {
             sections.push(
@@ -270,16 +259,19 @@ impl CertificatePage {
             sections.push(Section::new("references", "References", "").with(Block::Table(table)));
         }
         let mut result = Section::new("parameters", "Result", "");
+        result = result.with(Block::Raw(switch(&self.results)));
         for table in &self.results {
-            result = result.with(Block::Table(table.html("parameters")));
+            result = result.with(Block::Raw(table.html("parameters")));
         }
         sections.push(result.with(Block::Paragraph(self.result_note.clone())));
-        let mut residuals = Section::new("residuals", "Residuals", "");
-        for r in &self.residuals {
-            residuals = residuals.with(Block::Wide(r.figure()));
+        if !self.residuals.is_empty() || !self.before_after.is_empty() {
+            let mut residuals = Section::new("residuals", "Residuals", "");
+            for r in &self.residuals {
+                residuals = residuals.with(Block::Wide(r.figure()));
+            }
+            let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
+            sections.push(residuals.with(Block::Panels(histograms)));
         }
-        let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
-        sections.push(residuals.with(Block::Panels(histograms)));
         sections.push(
             Section::new("limits", "Not determined by this test", "")
                 .with(Block::Paragraph(self.not_determined.clone())),
@@ -341,8 +333,9 @@ impl CalibrationPage {
     /// The page as one file of HTML.
     pub fn html(&self) -> String {
         let mut parameters = Section::new("parameters", "Parameters", "");
+        parameters = parameters.with(Block::Raw(switch(&self.results)));
         for table in &self.results {
-            parameters = parameters.with(Block::Table(table.html("parameters")));
+            parameters = parameters.with(Block::Raw(table.html("parameters")));
         }
         if !self.result_note.is_empty() {
             parameters = parameters.with(Block::Small(self.result_note.clone()));

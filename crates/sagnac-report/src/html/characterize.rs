@@ -2,6 +2,7 @@
 
 use core::fmt::Write as _;
 
+use super::results::unit_switch;
 use super::{Block, Page, Rich, Section, facts_html};
 use crate::plots::{
     AllanPanel, IssueTimeline, SeriesPanel, SpectrumPanel, allan_panels, series_panels,
@@ -311,23 +312,12 @@ fn cut_list(class: &str, sentences: &[String]) -> String {
     out
 }
 
-/// The choice of units; styles alone make it work.
 fn switch() -> String {
-    let mut out = String::from("<fieldset class=\"units\"><legend>Units</legend>");
-    for (value, class, id, label) in [
+    unit_switch(&[
         ("field", "pick-field", "u-field", "°/h, µg"),
         ("s-mg", "pick-b", "u-b", "°/s, mg"),
         ("si", "pick-si", "u-si", "SI"),
-    ] {
-        let checked = if value == "field" { " checked" } else { "" };
-        let _ = write!(
-            out,
-            "<label><input type=\"radio\" name=\"units\" value=\"{value}\" id=\"{id}\" \
-             class=\"{class}\"{checked} autocomplete=\"off\">{label}</label>"
-        );
-    }
-    out.push_str("</fieldset>");
-    out
+    ])
 }
 
 fn parameter_table(rows: &[ParameterRow]) -> String {
@@ -468,7 +458,7 @@ fn write_cell(cell: &ParameterCell, axis: &str, factors: &[f64; 3], out: &mut St
 }
 
 /// Value and interval as markup; small and large numbers share a power of ten.
-fn figures(estimate: Estimate) -> (String, String) {
+pub(super) fn figures(estimate: Estimate) -> (String, String) {
     let size = match estimate {
         Estimate::Detected {
             value,

@@ -5,12 +5,14 @@
 
 mod calibration;
 mod characterize;
+mod results;
 mod rich;
 mod table;
 mod views;
 
-pub use calibration::{CalibrationPage, CertificatePage, Reference, ResultRow, ResultTable};
+pub use calibration::{CalibrationPage, CertificatePage, Reference};
 pub use characterize::{CharacterizePage, Input, LogReport, Overview, ParameterCell, ParameterRow};
+pub use results::{ResultRow, ResultTable};
 pub use rich::Rich;
 pub use table::{HtmlCell, HtmlTable};
 pub use views::{

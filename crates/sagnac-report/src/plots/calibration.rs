@@ -23,19 +23,95 @@ pub struct StationResiduals {
     pub axes: [Vec<f64>; 3],
     /// Half width of the band: two standard uncertainties; 0: none.
     pub band: f64,
+    /// Standard uncertainty of each residual, where they differ: a bar of two each way stands at each instead of
+    /// the band; empty: none.
+    pub sigmas: [Vec<f64>; 3],
+    /// What is drawn, where it is not the output less the fitted model: `|f| − g`; empty: that.
+    pub quantity: String,
 }
+
+/// The edges of a band nearer than this have one label for both.
+const EDGES_APART: f64 = 15.0;
 
 impl StationResiduals {
     /// The figure.
     pub fn figure(&self) -> Figure {
+        let drawn = self.axes.iter().filter(|a| a.iter().any(|v| v.is_finite()));
+        let (each, what) = if self.quantity.is_empty() {
+            (
+                " and axis",
+                ", less the fitted model: ● x, ■ y, ▲ z".to_owned(),
+            )
+        } else if drawn.count() > 1 {
+            ("", format!(", {}", self.quantity))
+        } else {
+            ("", format!(": {}", self.quantity))
+        };
+        let uncertainty = if self.has_bars() {
+            "; bar: ± 2 standard uncertainties of each"
+        } else if self.widths() > 0.0 {
+            "; band: ± 2 standard uncertainties"
+        } else {
+            ""
+        };
+        let sensor = match self.sensor.as_str() {
+            "gyro" => "Gyro",
+            "accel" => "Accelerometer",
+            other => other,
+        };
         Figure::new(
             "calibration-residuals",
             &self.sensor,
-            &format!("Each {} and axis", self.word),
-            ", less the fitted model: ● x, ■ y, ▲ z; band: ± 2 standard uncertainties",
+            &format!("{sensor}, each {}{each}", self.word),
+            &format!("{what}{uncertainty}"),
             self.draw(WIDE_WIDTH, "residuals"),
         )
         .with_narrow(self.draw(PANEL_WIDTH, "residuals-narrow"))
+    }
+
+    /// The finite standard uncertainties of single residuals.
+    fn own(&self) -> impl Iterator<Item = f64> + '_ {
+        self.sigmas
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|s| s.is_finite() && *s > 0.0)
+    }
+
+    /// Whether the residuals have uncertainties that differ.
+    fn has_bars(&self) -> bool {
+        let (low, high) = self
+            .own()
+            .fold((f64::INFINITY, 0.0_f64), |(l, h), s| (l.min(s), h.max(s)));
+        high > 1.02 * low
+    }
+
+    /// Half width of the one band; 0 where there is none.
+    fn widths(&self) -> f64 {
+        if self.has_bars() {
+            0.0
+        } else {
+            self.own().next().map_or(self.band, |s| 2.0 * s)
+        }
+    }
+
+    /// Bars of two standard uncertainties each way about zero.
+    fn bars(&self, plot: &Plot, apart: f64) -> String {
+        let mut path = String::new();
+        for (axis, sigmas) in self.sigmas.iter().enumerate() {
+            for (i, s) in sigmas.iter().enumerate().filter(|(_, s)| s.is_finite()) {
+                let (x, top) = plot.at(((i + 1) as f64, 2.0 * s));
+                let x = x + (axis as f64 - 1.0) * apart;
+                let _ = write!(
+                    path,
+                    "M{} {}V{}",
+                    number(x),
+                    number(top),
+                    number(plot.y.at(-2.0 * s))
+                );
+            }
+        }
+        path
     }
 
     fn draw(&self, width: f64, id: &str) -> Svg {
@@ -47,13 +123,15 @@ impl StationResiduals {
             .flatten()
             .map(|v| v.abs())
             .filter(|v| v.is_finite())
-            .fold(1.4 * self.band, f64::max)
+            .chain(self.own().map(|s| 2.0 * s))
+            .fold(1.4 * self.widths(), f64::max)
             .max(1e-300)
             * 1.12;
         let y = Scale::linear(-reach, reach);
         let mut frame = Frame::panel(width, 196.0);
         frame.left = Plot::left_room(y, frame.area().h, font);
-        frame.right = if self.band > 0.0 { 34.0 } else { 10.0 };
+        let band = self.widths();
+        frame.right = if band > 0.0 { 34.0 } else { 10.0 };
         let mut plot = Plot::new(
             frame,
             Scale::linear(0.4, count as f64 + 0.6),
@@ -61,7 +139,12 @@ impl StationResiduals {
             &format!("{id}-{}", self.sensor),
         )
         .with_font(font);
-        plot.y_axis(&format!("residual, {}", self.unit));
+        let quantity = if self.quantity.is_empty() || self.quantity.len() > 20 {
+            "residual"
+        } else {
+            &self.quantity
+        };
+        plot.y_axis(&format!("{quantity}, {}", self.unit));
         let ticks: Vec<(f64, String)> = self
             .labels
             .iter()
@@ -70,8 +153,8 @@ impl StationResiduals {
             .collect();
         plot.x_axis_at(&self.word, &ticks, count <= 60);
         let area = frame.area();
-        if self.band > 0.0 {
-            let (top, bottom) = (plot.y.at(self.band), plot.y.at(-self.band));
+        if band > 0.0 {
+            let (top, bottom) = (plot.y.at(band), plot.y.at(-band));
             plot.raw_under(&format!(
                 "<rect class=\"b\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" data-series=\"band\"/>",
                 number(area.x),
@@ -79,7 +162,12 @@ impl StationResiduals {
                 number(area.w),
                 number(bottom - top)
             ));
-            for (y, text) in [(top, "+2σ"), (bottom, "−2σ")] {
+            let edges = if bottom - top < EDGES_APART {
+                vec![(f64::midpoint(top, bottom), "±2σ")]
+            } else {
+                vec![(top, "+2σ"), (bottom, "−2σ")]
+            };
+            for (y, text) in edges {
                 plot.fixed_text((area.x + area.w + 4.0, y + 4.0), "start", "t", text, "");
             }
         }
@@ -93,6 +181,13 @@ impl StationResiduals {
         let step = area.w / count as f64;
         let apart = (0.22 * step).min(7.0);
         let r = (0.16 * step).clamp(1.2, 3.4);
+        if self.has_bars() {
+            let bars = self.bars(&plot, apart);
+            plot.raw_under(&format!(
+                "<path d=\"{bars}\" data-series=\"band\" style=\"fill:none;stroke:var(--data);stroke-opacity:.22;stroke-width:{}\"/>",
+                number(1.6 * r)
+            ));
+        }
         for (axis, values) in self.axes.iter().enumerate() {
             let mut path = String::new();
             for (i, v) in values.iter().enumerate().filter(|(_, v)| v.is_finite()) {
@@ -433,5 +528,41 @@ impl CorrelationMap {
             description: "A row and a column each, in the same order.".to_owned(),
             body,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn some(sigmas: [Vec<f64>; 3], band: f64) -> StationResiduals {
+        StationResiduals {
+            sensor: "accel".to_owned(),
+            unit: "mg".to_owned(),
+            word: "station".to_owned(),
+            labels: vec!["1".to_owned(), "2".to_owned()],
+            axes: [vec![0.1, -12.0], vec![0.1, 9.0], vec![3.0, 0.0]],
+            band,
+            sigmas,
+            ..StationResiduals::default()
+        }
+    }
+
+    #[test]
+    fn stations_of_unequal_uncertainty_have_bars_of_their_own() {
+        let all = [vec![0.14, 8.7], vec![8.7, 8.7], vec![8.7, 0.14]];
+        let figure = some(all, 0.28).figure();
+        assert!(figure.caption_rest.contains("bar: ± 2"));
+        let drawn = figure.svg.inline("");
+        assert_eq!(drawn.matches("data-series=\"band\"").count(), 1);
+        assert!(!drawn.contains("<rect class=\"b\""));
+        assert!(!drawn.contains("+2σ"));
+    }
+
+    #[test]
+    fn the_edges_of_a_thin_band_have_one_label() {
+        let narrow = |band: f64| some(Default::default(), band).figure().svg.inline("");
+        assert!(narrow(8.0).contains("+2σ") && narrow(8.0).contains("−2σ"));
+        assert!(!narrow(0.2).contains("+2σ") && narrow(0.2).contains("±2σ"));
     }
 }

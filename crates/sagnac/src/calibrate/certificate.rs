@@ -1,38 +1,14 @@
 //! The certificate of a table of stations: one sheet with expanded uncertainties.
 
+use sagnac_calibrate::stations::AxisFit;
 use sagnac_core::Sensor;
-use sagnac_report::html::{CertificatePage, Input, Reference, ResultRow, ResultTable, Rich};
-use sagnac_report::plots::{Color, CorrelationMap, Histogram, StationResiduals};
-use sagnac_report::text::{Estimate, significant};
+use sagnac_report::html::{CertificatePage, Reference, Rich};
+use sagnac_report::plots::StationResiduals;
+use sagnac_report::text::significant;
 
 use super::StationsOutcome;
-use super::json::rms;
+use super::sheet::{self, EXPANDED, PageFacts, page_words};
 use super::text::{in_g, terms_of, title};
-use super::units::shown;
-
-/// What only the caller knows of a page.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PageFacts {
-    /// The command as it was typed.
-    pub command: String,
-    /// Version of the program.
-    pub version: String,
-    /// Inputs with their hashes.
-    pub inputs: Vec<(String, String)>,
-}
-
-pub(super) fn page_unit(unit: &str) -> String {
-    let mut out = unit
-        .replace("deg", "°")
-        .replace("^2", "²")
-        .replace("^3", "³");
-    for (from, to) in [("ug", "µg"), ("urad", "µrad")] {
-        if let Some(rest) = out.strip_prefix(from) {
-            out = format!("{to}{rest}");
-        }
-    }
-    out
-}
 
 impl StationsOutcome {
     /// The certificate.
@@ -51,21 +27,7 @@ impl StationsOutcome {
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
-        let place = match (self.request.latitude_rad, self.request.height_m) {
-            (Some(phi), Some(h)) => format!("{} , {h:.0} m", latitude(phi)).replace(" ,", ","),
-            (Some(phi), None) => latitude(phi),
-            _ => String::new(),
-        };
         CertificatePage {
-            title: match sensors.as_slice() {
-                [Sensor::Accel] => "Accelerometer triad".to_owned(),
-                [Sensor::Gyro] => "Gyro triad".to_owned(),
-                _ => "Inertial measurement unit".to_owned(),
-            },
-            number: self.request.certificate.clone(),
-            issued: String::new(),
-            item: self.request.item.clone(),
-            customer: self.request.customer.clone(),
             temperature: if temperatures.is_empty() {
                 String::new()
             } else if high - low < 0.05 {
@@ -73,8 +35,7 @@ impl StationsOutcome {
             } else {
                 format!("{low:.1} … {high:.1} °C")
             },
-            calibrated: String::new(),
-            place,
+            place: sheet::place(self.request.latitude_rad, self.request.height_m),
             gravity: self.gravity_words().replace("m/s^2", "m/s²"),
             verdict: Rich::from(page_words(&self.verdict())),
             method: Rich::from(format!(
@@ -84,31 +45,18 @@ impl StationsOutcome {
                 self.found.parameters.len()
             )),
             references: self.references(&sensors),
-            results: sensors
-                .iter()
-                .map(|s| self.results(*s, sensors.len() > 1))
-                .collect(),
+            results: sheet::results(&self.found.parameters),
             result_note: Rich::from(self.result_note()),
             residuals: sensors.iter().map(|s| self.residual_plot(*s)).collect(),
-            before_after: self.histograms(),
+            before_after: sheet::magnitudes(&self.found.before_m_s2, &self.found.after_m_s2),
             not_determined: Rich::from(format!(
                 "{} Cross-axis response cannot be told from misalignment; the numbers above are their sum.",
                 self.not_determined()
             )),
-            statement: Rich::new(),
-            fits: self.fit_rows(),
-            correlation: self.correlations(),
+            fits: fit_rows(&self.found.fits),
+            correlation: sheet::correlations(&self.found.covariance_names, &self.found.covariance),
             hints: self.hints(),
-            command: facts.command.clone(),
-            version: facts.version.clone(),
-            inputs: facts
-                .inputs
-                .iter()
-                .map(|(name, sha256)| Input {
-                    name: name.clone(),
-                    sha256: sha256.clone(),
-                })
-                .collect(),
+            ..sheet::blank(&sensors, &self.request.texts, facts)
         }
     }
 
@@ -147,7 +95,7 @@ impl StationsOutcome {
                 quantity: "Inertial rate".to_owned(),
                 standard: "as in the table of stations".to_owned(),
                 uncertainty: if w > 0.0 {
-                    format!("{} °/h", significant(w.to_degrees() * 3600.0, 2))
+                    sheet::rate_words(w)
                 } else {
                     "taken as exact".to_owned()
                 },
@@ -175,9 +123,7 @@ impl StationsOutcome {
                 uncertainty: noise(*sensor).map_or("from the residuals".to_owned(), |se| {
                     match sensor {
                         Sensor::Accel => page_words(&in_g(se)),
-                        Sensor::Gyro => {
-                            format!("{} °/h", significant(se.to_degrees() * 3600.0, 2))
-                        }
+                        Sensor::Gyro => sheet::rate_words(se),
                     }
                 }),
                 in_result: "in every interval".to_owned(),
@@ -186,46 +132,13 @@ impl StationsOutcome {
         out
     }
 
-    fn results(&self, sensor: Sensor, named: bool) -> ResultTable {
-        let rows = terms_of(&self.found, sensor)
-            .into_iter()
-            .map(|term| {
-                let shown = shown(sensor, term);
-                let cells = [0, 1, 2].map(|k| {
-                    self.found
-                        .parameters
-                        .iter()
-                        .find(|p| p.sensor == sensor && p.axis == k && p.term == Some(term))
-                        .map_or(Estimate::Absent, |p| {
-                            // Expanded uncertainty: k = 2, or Student's quantile where that is wider.
-                            let half = (2.0 * p.sigma).max((p.upper - p.lower) / 2.0);
-                            Estimate::plus_minus(p.value, half).scaled(shown.per_si)
-                        })
-                });
-                ResultRow {
-                    name: shown.name,
-                    cells,
-                    unit: page_unit(shown.unit),
-                }
-            })
-            .collect();
-        ResultTable {
-            heading: if named {
-                title(sensor).to_owned()
-            } else {
-                String::new()
-            },
-            rows,
-        }
-    }
-
     fn result_note(&self) -> String {
         let found = &self.found;
         let chi2: f64 = found.fits.iter().map(|f| f.chi2).sum();
         let dof: usize = found.fits.iter().map(|f| f.dof).sum();
-        let mut out = "± is the expanded uncertainty, k = 2, for a coverage of about 95 %; it covers sensor noise and \
-                       the errors of the references above, not the size of gravity."
-            .to_owned();
+        let mut out = format!(
+            "{EXPANDED}; it covers sensor noise and the errors of the references above, not the size of gravity."
+        );
         if found.fits.iter().any(|f| f.p.is_some()) {
             out.push_str(&format!(
                 " Goodness of fit: χ² = {} at {dof} degrees of freedom, the worst axis has p = {}.",
@@ -240,7 +153,9 @@ impl StationsOutcome {
     }
 
     fn residual_plot(&self, sensor: Sensor) -> StationResiduals {
+        let rms = self.found.residual_rms[sensor.index()].unwrap_or(0.0);
         let (unit, factor) = match sensor {
+            Sensor::Accel if rms > 1e-2 => ("mg", 1e3 / 9.80665),
             Sensor::Accel => ("µg", 1e6 / 9.80665),
             Sensor::Gyro => ("°/h", 3600f64.to_degrees()),
         };
@@ -255,61 +170,27 @@ impl StationsOutcome {
                 .map(|v| v.map_or(f64::NAN, |v| v * factor))
                 .collect()
         };
-        let mut se: Vec<f64> = self
-            .stations
-            .iter()
-            .filter_map(|s| s.output_se(sensor))
-            .flatten()
-            .collect();
-        se.sort_by(f64::total_cmp);
-        let band = se.get(se.len() / 2).map_or_else(
-            || 2.0 * self.found.residual_rms[sensor.index()].unwrap_or(0.0),
-            |s| 2.0 * s,
-        );
+        let sigmas = |k: usize| -> Vec<f64> {
+            self.found
+                .residuals
+                .iter()
+                .map(|r| match sensor {
+                    Sensor::Accel => r.accel_sigma[k],
+                    Sensor::Gyro => r.gyro_sigma[k],
+                })
+                .map(|v| v.map_or(f64::NAN, |v| v * factor))
+                .collect()
+        };
         StationResiduals {
             sensor: sensor.key().to_owned(),
             unit: unit.to_owned(),
             word: "station".to_owned(),
             labels: self.stations.iter().map(|s| s.label.clone()).collect(),
             axes: [of(0), of(1), of(2)],
-            band: band * factor,
+            band: 2.0 * rms * factor,
+            sigmas: [sigmas(0), sigmas(1), sigmas(2)],
+            quantity: String::new(),
         }
-    }
-
-    fn fit_rows(&self) -> Vec<[String; 4]> {
-        self.found
-            .fits
-            .iter()
-            .map(|fit| {
-                let p = fit.p.map_or("—".to_owned(), |p| significant(p, 2));
-                [
-                    fit.axis
-                        .replace("gyro_", "Gyro ")
-                        .replace("accel_", "Accelerometer "),
-                    significant(fit.chi2, 3),
-                    fit.dof.to_string(),
-                    if fit.scaled {
-                        format!("{p}, enlarged")
-                    } else {
-                        p
-                    },
-                ]
-            })
-            .collect()
-    }
-
-    fn correlations(&self) -> Option<CorrelationMap> {
-        let (names, c) = (&self.found.covariance_names, &self.found.covariance);
-        (!names.is_empty()).then(|| CorrelationMap {
-            names: names.clone(),
-            matrix: (0..names.len())
-                .map(|i| {
-                    (0..names.len())
-                        .map(|j| c[i][j] / (c[i][i] * c[j][j]).sqrt())
-                        .collect()
-                })
-                .collect(),
-        })
     }
 
     /// Estimates that are right only as far as held terms are zero, pairs that are hard to tell apart, what to add.
@@ -351,51 +232,29 @@ impl StationsOutcome {
         }
         out
     }
+}
 
-    fn histograms(&self) -> Vec<Histogram> {
-        let found = &self.found;
-        [
-            (
-                "calibration-before",
-                "Before",
-                &found.before_m_s2,
-                Color::Fit,
-            ),
-            ("calibration-after", "After", &found.after_m_s2, Color::Data),
-        ]
-        .into_iter()
-        .filter_map(|(plot, caption, values, color)| {
-            let rms = rms(values)?;
-            let (unit, factor) = if rms > 1e-3 * 9.80665 {
-                ("mg", 1e3 / 9.80665)
-            } else {
-                ("µg", 1e6 / 9.80665)
-            };
-            Some(Histogram {
-                plot: plot.to_owned(),
-                caption: caption.to_owned(),
-                caption_rest: format!(": |f| − g, {} rms", page_words(&in_g(rms))),
-                x_title: format!("|f| − g, {unit}"),
-                values: values.iter().map(|v| v * factor).collect(),
-                color,
-            })
+/// Goodness of fit by axis, as the second sheet shows it.
+pub(super) fn fit_rows(fits: &[AxisFit]) -> Vec<[String; 4]> {
+    fits.iter()
+        .map(|fit| {
+            let p = fit.p.map_or("—".to_owned(), |p| significant(p, 2));
+            [
+                match fit.axis.as_str() {
+                    "gyro" => title(Sensor::Gyro).to_owned(),
+                    "accel" => title(Sensor::Accel).to_owned(),
+                    axis => axis
+                        .replace("gyro_", "Gyro ")
+                        .replace("accel_", "Accelerometer "),
+                },
+                significant(fit.chi2, 3),
+                fit.dof.to_string(),
+                if fit.scaled {
+                    format!("{p}, enlarged")
+                } else {
+                    p
+                },
+            ]
         })
         .collect()
-    }
-}
-
-fn latitude(phi_rad: f64) -> String {
-    let degrees = phi_rad.to_degrees();
-    format!(
-        "{:.2}° {}",
-        degrees.abs(),
-        if degrees < 0.0 { "S" } else { "N" }
-    )
-}
-
-/// Terminal spelling as on a page.
-pub(super) fn page_words(text: &str) -> String {
-    text.replace(" ug", " µg")
-        .replace(" - g", " − g")
-        .replace("m/s^2", "m/s²")
 }

@@ -6,7 +6,8 @@ mod splines;
 mod text;
 
 use sagnac_calibrate::merge::{self, Conflict, Merged};
-use sagnac_calibrate::stations::{Parameter, Term};
+use sagnac_calibrate::stations::{Group, Parameter, Term};
+use sagnac_core::Sensor;
 use sagnac_model::{Calibration, Entry, Model, ParameterPath};
 use serde_json::{Value, json};
 
@@ -230,6 +231,43 @@ fn twice(label: &str, other: &str, what: &str) -> Error {
     .advise("name each calibration once; one that was merged already is in the result")
 }
 
+/// By how much of `target` a term of size one shows in a test that does not determine it, at usual inputs: gravity, 20 K,
+/// 100 deg/s, and the Earth's rate for the rate terms of a gyro, which a test with more of it would determine.
+fn usual_input(sensor: Sensor, term: Term, target: Term) -> f64 {
+    const G: f64 = 9.80665;
+    const WARMTH_K: f64 = 20.0;
+    const RATE: f64 = 1.745;
+    const EARTH: f64 = 7.292e-5;
+    let gyro = sensor == Sensor::Gyro;
+    // What the term adds to the output.
+    let (u, accel) = if gyro { (EARTH, 0.0) } else { (G, RATE * RATE) };
+    let added = match term.group {
+        Group::Bias => 1.0,
+        Group::ScaleFactor | Group::Misalignment => u,
+        Group::BiasTemperature(i) => WARMTH_K.powi(i32::from(i)),
+        Group::GSensitivity => G,
+        Group::G2Sensitivity => G * G,
+        Group::AxisOffset => accel,
+        Group::ScaleTemperature(i) => u * WARMTH_K.powi(i32::from(i)),
+        Group::Quadratic => u * u,
+        Group::Asymmetry => u / 2.0,
+        Group::Cubic => u * u * u,
+    };
+    match target.group {
+        Group::Bias => added,
+        Group::ScaleFactor | Group::Misalignment => match term.group {
+            Group::ScaleFactor | Group::Misalignment => 1.0,
+            Group::ScaleTemperature(i) => WARMTH_K.powi(i32::from(i)),
+            Group::Asymmetry => 0.5,
+            _ if gyro => added / RATE,
+            _ => added / G,
+        },
+        Group::GSensitivity => added / G,
+        Group::BiasTemperature(i) => added / WARMTH_K.powi(i32::from(i)),
+        _ => 0.0,
+    }
+}
+
 impl MergeOutcome {
     /// The estimates as parameters of stations, those that are such.
     fn parameters(&self) -> Vec<Parameter> {
@@ -264,13 +302,20 @@ impl MergeOutcome {
                     "{} of {} and {} differ by {:.1} sigma",
                     c.name, self.labels[c.parts[0]], self.labels[c.parts[1]], c.z
                 );
-                for part in c.parts {
-                    if let Some(held) = self.held_beside(part, &c.name) {
-                        words.push_str(&format!(
-                            ": {} holds {held} at zero, which may be why",
+                let why: Vec<String> = c
+                    .parts
+                    .into_iter()
+                    .filter_map(|part| {
+                        let apart = (c.values[0] - c.values[1]).abs();
+                        let held = self.held_beside(part, &c.name, apart)?;
+                        Some(format!(
+                            "{} holds {held} at zero, which may be why",
                             self.labels[part]
-                        ));
-                    }
+                        ))
+                    })
+                    .collect();
+                if !why.is_empty() {
+                    words.push_str(&format!(": {}", why.join("; ")));
                 }
                 words
             })
@@ -284,17 +329,22 @@ impl MergeOutcome {
         out
     }
 
-    /// A term of the same axis that a model held at zero and another determined.
-    fn held_beside(&self, part: usize, name: &str) -> Option<&str> {
-        let (sensor, axis, _) = Term::named(name)?;
+    /// The term of the same axis that a model held at zero and whose size, as another determined it, makes the
+    /// difference of two values or most of it at the input that tests usually have; of several the one that makes most.
+    fn held_beside(&self, part: usize, name: &str, apart: f64) -> Option<&str> {
+        let (sensor, axis, target) = Term::named(name)?;
+        let effect = |held: &str| -> Option<f64> {
+            let (s, k, term) = Term::named(held)?;
+            let value = self.model.get(held)?.value?;
+            (s == sensor && k == axis).then(|| (value * usual_input(sensor, term, target)).abs())
+        };
         self.held_by
             .get(part)?
             .iter()
-            .map(String::as_str)
-            .find(|held| {
-                Term::named(held).is_some_and(|(s, k, _)| s == sensor && k == axis)
-                    && self.merged.names.iter().any(|n| n == held)
-            })
+            .filter_map(|held| Some((effect(held)?, held.as_str())))
+            .filter(|(effect, _)| *effect > apart / 2.0)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, held)| held)
     }
 
     /// The document of `--format json`.
@@ -350,5 +400,58 @@ impl MergeOutcome {
             "warnings": self.warnings,
             "notes": self.notes,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    fn model(name: &str, bias: &str, more: &str, names: &str, held: &str) -> Model {
+        let text = format!(
+            "name = '{name}'\n[gyro.bias]\nfixed = [{{ value = '{bias} rad/s', sigma = '1e-6 rad/s' }}, \
+             {{ value = '0 rad/s', sigma = '1 rad/s' }}, {{ value = '0 rad/s', sigma = '1 rad/s' }}]\n{more}\
+             [[calibration]]\nmethod = 'stations'\nsource = '{name}.csv'\nframe = 'fixture'\nnames = [{names}]\n\
+             held = [{held}]\n"
+        );
+        Model::parse(&text, name).unwrap()
+    }
+
+    #[test]
+    fn of_what_a_model_held_the_term_that_makes_the_difference_is_named() {
+        // The faces determine G and the temperature's part, which is small; the table held both.
+        let faces = model(
+            "faces",
+            "0.010",
+            "temperature = [['1e-7 rad/s/K', '0 rad/s/K', '0 rad/s/K']]\n[gyro.g_sensitivity]\n\
+             matrix = [['0 rad*s/m', '1e-4 rad*s/m', '0 rad*s/m'], ['0 rad*s/m', '0 rad*s/m', '0 rad*s/m'], \
+             ['0 rad*s/m', '0 rad*s/m', '0 rad*s/m']]\n",
+            "'gyro.bias.x', 'gyro.bias.temperature.1.x', 'gyro.g_sensitivity.xy'",
+            "'gyro.scale_factor.x'",
+        );
+        let table = model(
+            "table",
+            "0.0105",
+            "[gyro.scale_factor]\nfixed = ['-2000 ppm', '0 ppm', '0 ppm']\n",
+            "'gyro.bias.x', 'gyro.scale_factor.x'",
+            "'gyro.bias.temperature.1.x', 'gyro.g_sensitivity.xy'",
+        );
+        let request = MergeRequest {
+            models: vec![faces, table],
+            name: None,
+            strict: false,
+        };
+        let outcome = merge(&request).unwrap();
+        let words = outcome.conflict_words().join("; ");
+        assert!(
+            words.contains("table holds gyro.g_sensitivity.xy at zero"),
+            "{words}"
+        );
+        assert!(
+            !words.contains("temperature") && !words.contains("scale_factor"),
+            "{words}"
+        );
     }
 }

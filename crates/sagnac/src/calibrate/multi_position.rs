@@ -1,5 +1,6 @@
 //! `calibrate multi-position`: accelerometer and gyro from a log turned by hand, as text, JSON, model file and page.
 
+mod faults;
 mod json;
 mod model_file;
 mod page;
@@ -8,9 +9,9 @@ mod text;
 use sagnac_calibrate::multi_position::{self, Options, Outcome, Recording};
 use sagnac_calibrate::stations::Asked;
 use sagnac_core::Sensor;
-use sagnac_log::Log;
+use sagnac_log::{Issue, Log};
 
-use super::{Place, place_gravity};
+use super::{CertificateTexts, Place, place_gravity};
 use crate::Error;
 
 /// What `calibrate multi-position` is asked.
@@ -28,6 +29,10 @@ pub struct MultiPositionRequest {
     pub place: Place,
     /// I + M of the accelerometer of a stations model, whose frame is kept.
     pub fixture: Option<[[f64; 3]; 3]>,
+    /// Misalignments of that model that no test measured.
+    pub unmeasured: Vec<String>,
+    /// Texts of the certificate.
+    pub texts: CertificateTexts,
 }
 
 /// What a hand-turned log gave.
@@ -43,6 +48,8 @@ pub struct MultiPositionOutcome {
     pub samples: usize,
     /// Sampling interval \[s\].
     pub dt_s: f64,
+    /// Gaps, samples and stamps that are no numbers, as `info` finds them.
+    pub findings: Vec<Issue>,
 }
 
 /// The three channels of a sensor.
@@ -84,8 +91,11 @@ pub fn multi_position(
             .at(request.label.clone())
             .advise("name its columns, for instance --columns 'accel=1,2,3:g'")
     })?;
-    let stamps = stamps(log);
     let dt_s = log.dt_s()?;
+    let mut stamps = stamps(log);
+    if let Some(stamps) = &mut stamps {
+        faults::fill(stamps, dt_s);
+    }
     let recording = Recording {
         dt_s,
         stamps_s: stamps.as_deref(),
@@ -119,5 +129,23 @@ pub fn multi_position(
         gravity_m_s2,
         samples: log.rows,
         dt_s,
+        findings: faults::of(log),
     })
+}
+
+/// A time of the log.
+fn clock(s: f64) -> String {
+    if (0.0..36_000.0).contains(&s) {
+        format!("{:.0}:{:04.1}", (s / 60.0).floor(), s % 60.0)
+    } else {
+        format!("{s:.1} s")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn times_of_a_log() {
+        assert_eq!(super::clock(582.34), "9:42.3");
+    }
 }

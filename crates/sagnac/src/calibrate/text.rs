@@ -235,10 +235,19 @@ pub(super) fn advice(found: &Outcome) -> Vec<String> {
     let mut out = Vec::new();
     for addition in &found.additions {
         let words: Vec<&str> = addition.bundles.iter().map(|b| b.words.as_str()).collect();
+        // Of a term that several additions share, each names its axes.
+        let others = |of: &str| {
+            found
+                .additions
+                .iter()
+                .filter(|a| a.resolves.iter().any(|n| stem(n) == of))
+                .count()
+                > 1
+        };
         out.push(format!(
             "{} -> {}",
             words.join("; "),
-            short(&addition.resolves)
+            short_beside(&addition.resolves, others)
         ));
     }
     if !found.hopeless.is_empty() {

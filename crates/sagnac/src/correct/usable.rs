@@ -71,10 +71,7 @@ pub(super) fn usable(
     outcome
         .notes
         .push(format!("a model cannot take out {list}."));
-    let mut held: Vec<&str> = Vec::new();
-    for calibration in model.calibrations() {
-        held.extend(calibration.held.iter().map(String::as_str));
-    }
+    let held = held_at_zero(model);
     if !held.is_empty() {
         outcome.notes.push(format!(
             "not corrected, held at zero in the calibration: {}",
@@ -82,4 +79,15 @@ pub(super) fn usable(
         ));
     }
     Ok(core)
+}
+
+/// The terms that the model's calibrations held at zero, each once and without those that it has all the same.
+pub fn held_at_zero(model: &Model) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for name in model.calibrations().iter().flat_map(|c| &c.held) {
+        if !out.contains(name) && model.get(name).is_none() {
+            out.push(name.clone());
+        }
+    }
+    out
 }

@@ -236,10 +236,13 @@ impl ResponseOutcome {
             }
             (y, x) => (x.factor() / y.factor(), super::per(&own(y), &own(x))),
         };
-        (
-            Estimate::detected(s.value * factor, s.lower * factor, s.upper * factor).text(),
-            unit,
-        )
+        let mut text =
+            Estimate::detected(s.value * factor, s.lower * factor, s.upper * factor).text();
+        // Readings on a line have no scatter; the interval is said all the same.
+        if text.interval.is_empty() {
+            "± 0".clone_into(&mut text.interval);
+        }
+        (text, unit)
     }
 
     pub(super) fn verdict(&self, y: &Shown) -> String {

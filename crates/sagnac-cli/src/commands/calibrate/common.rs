@@ -50,13 +50,24 @@ impl Place {
 pub(super) struct Texts {
     /// Item, for the certificate
     #[arg(long, value_name = "TEXT", default_value = "")]
-    pub(super) item: String,
+    item: String,
     /// Customer, for the certificate
     #[arg(long, value_name = "TEXT", default_value = "")]
-    pub(super) customer: String,
+    customer: String,
     /// Number of the certificate
     #[arg(long, value_name = "TEXT", default_value = "")]
-    pub(super) certificate: String,
+    certificate: String,
+}
+
+impl Texts {
+    /// As the library takes them.
+    pub(super) fn to_texts(&self) -> sagnac::calibrate::CertificateTexts {
+        sagnac::calibrate::CertificateTexts {
+            item: self.item.clone(),
+            customer: self.customer.clone(),
+            certificate: self.certificate.clone(),
+        }
+    }
 }
 
 /// Files to write.

@@ -6,7 +6,7 @@ use sagnac::Error;
 use sagnac::calibrate::{MultiPositionRequest, PageFacts, multi_position};
 use sagnac::model::units::Dimension;
 
-use super::common::{Files, Place, hash_of, source};
+use super::common::{Files, Place, Texts, hash_of, source};
 use crate::commands::characterize::{command_line, read_all};
 use crate::context::Context;
 use crate::inputs::LogOptions;
@@ -31,6 +31,8 @@ pub(super) struct Args {
     #[command(flatten)]
     place: Place,
     #[command(flatten)]
+    texts: Texts,
+    #[command(flatten)]
     files: Files,
     #[command(flatten)]
     reading: LogOptions,
@@ -39,7 +41,8 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let (model_file, page_file) = args.files.claim()?;
     let place = args.place.to_place()?;
-    let (fixture, reading) = mounting(args)?;
+    let (mounting, reading) = mounting(args)?;
+    let (fixture, unmeasured) = mounting.unzip();
     let logs = read_all(std::slice::from_ref(&args.log), &reading, context)?;
     let Some(log) = logs.first() else {
         return Err(Error::data("there is no log"));
@@ -55,6 +58,8 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         terms: args.terms.clone(),
         place,
         fixture,
+        unmeasured: unmeasured.unwrap_or_default(),
+        texts: args.texts.to_texts(),
     };
     let outcome = multi_position(&log.log, &request)?;
     let mut outputs = Vec::new();
@@ -78,10 +83,13 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
 /// Rows of a rotation.
 type Rotation = [[f64; 3]; 3];
 
+/// I + M, and the misalignments that the model has no value for.
+type Mounting = (Rotation, Vec<String>);
+
 /// I + M of the accelerometer of the model that `--start` names with `--frame fixture`, and how the log is read.
 ///
 /// `--start` is a time for every command that reads a log; a value that is no time names the model here.
-fn mounting(args: &Args) -> Result<(Option<Rotation>, LogOptions), Error> {
+fn mounting(args: &Args) -> Result<(Option<Mounting>, LogOptions), Error> {
     let mut reading = args.reading.clone();
     if args.frame != "fixture" {
         return Ok((None, reading));
@@ -98,6 +106,7 @@ fn mounting(args: &Args) -> Result<(Option<Rotation>, LogOptions), Error> {
     };
     let model = crate::inputs::model(&name)?;
     let mut response = [[0.0; 3]; 3];
+    let mut unmeasured = Vec::new();
     let value = |path: &str| {
         model
             .get(path)
@@ -109,10 +118,13 @@ fn mounting(args: &Args) -> Result<(Option<Rotation>, LogOptions), Error> {
             *v = if k == j {
                 1.0 + value(&format!("accel.scale_factor.{a}"))
             } else {
-                value(&format!("accel.misalignment.{a}{b}"))
-                    + value(&format!("accel.cross_axis.{a}{b}"))
+                let path = format!("accel.misalignment.{a}{b}");
+                if model.get(&path).is_none() {
+                    unmeasured.push(path.clone());
+                }
+                value(&path) + value(&format!("accel.cross_axis.{a}{b}"))
             };
         }
     }
-    Ok((Some(response), reading))
+    Ok((Some((response, unmeasured)), reading))
 }

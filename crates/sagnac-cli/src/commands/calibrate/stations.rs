@@ -83,9 +83,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         height_m: args.place.height_m()?,
         gravity_m_s2: args.place.gravity_m_s2()?,
         tilt_rad: tilt,
-        item: args.texts.item.clone(),
-        customer: args.texts.customer.clone(),
-        certificate: args.texts.certificate.clone(),
+        texts: args.texts.to_texts(),
     };
     let mut outcome = if args.schedule.is_some() {
         let mut reader = inputs::metered(&args.table, &args.log, context)?;

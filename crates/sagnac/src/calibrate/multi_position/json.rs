@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::MultiPositionOutcome;
 use crate::calibrate::json::parameters;
+use crate::findings::issue_json;
 
 impl MultiPositionOutcome {
     /// The document of `--format json`.
@@ -59,8 +60,10 @@ impl MultiPositionOutcome {
             "gravity": self.gravity_m_s2,
             "threshold": { "value": found.threshold_m_s2, "unit": "m/s^2" },
             "covered": found.covered,
+            "issues": self.findings.iter().map(issue_json).collect::<Vec<_>>(),
+            "notes": self.notes(),
             "gyro_drift": found.gyro_drift.map(|d| json!({
-                "rate_random_walk": d.rate_random_walk, "largest": d.largest, "earth_rate_counted": d.has_earth,
+                "rate_random_walk": d.rate_random_walk, "interval": d.interval, "largest": d.largest, "earth_rate_counted": d.has_earth,
             })),
         })
     }

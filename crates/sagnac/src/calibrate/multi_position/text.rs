@@ -5,7 +5,11 @@ use sagnac_core::Sensor;
 use sagnac_report::text::{Document, significant};
 
 use super::MultiPositionOutcome;
-use crate::calibrate::text::{estimates_table, group_name, in_g, stem, terms_in};
+use super::clock;
+use crate::calibrate::text::{estimates_table, group_name, in_g, short, stem, terms_in};
+
+/// Poses and turns to add that are told at once.
+const SHOWN: usize = 4;
 
 /// A length of time in words.
 fn duration(s: f64) -> String {
@@ -21,24 +25,23 @@ impl MultiPositionOutcome {
     pub fn advice(&self) -> Vec<String> {
         let found = &self.found;
         let mut out = Vec::new();
-        let list = |words: Vec<&str>| {
-            let shown: Vec<&str> = words.iter().copied().take(4).collect();
-            shown.join(", then ")
-        };
+        let list = |words: Vec<&str>| words.join(", then ");
         if !found.add_poses.is_empty() {
-            let words = found.add_poses.iter().map(|p| p.words.as_str()).collect();
+            let shown = || found.add_poses.iter().take(SHOWN);
+            let words = shown().map(|p| p.words.as_str()).collect();
             out.push(format!(
                 "turn it so next: {} up -> {}",
                 list(words),
-                names(found.add_poses.iter().map(|p| p.improves.as_str()))
+                names(shown().map(|p| p.improves.as_str()))
             ));
         }
         if !found.add_turns.is_empty() {
-            let words = found.add_turns.iter().map(|t| t.words.as_str()).collect();
+            let shown = || found.add_turns.iter().take(SHOWN);
+            let words = shown().map(|t| t.words.as_str()).collect();
             out.push(format!(
                 "turn it by a quarter about {} (level) -> {}",
                 list(words),
-                names(found.add_turns.iter().map(|t| t.improves.as_str()))
+                names(shown().map(|t| t.improves.as_str()))
             ));
         }
         if let Some(error) = &found.gyro_refused {
@@ -114,10 +117,14 @@ impl MultiPositionOutcome {
             })
             .collect();
         if !scaled.is_empty() {
-            out.push_str(&format!(
-                " The {} scatters more than its noise says: the intervals are widened.",
-                scaled.join(" and the ")
-            ));
+            out.push_str(&match scaled.as_slice() {
+                [one] => format!(" The {one} scatters more than its noise says"),
+                all => format!(
+                    " The {} scatter more than their noise says",
+                    all.join(" and the ")
+                ),
+            });
+            out.push_str(": the intervals are widened.");
         }
         out
     }
@@ -126,17 +133,28 @@ impl MultiPositionOutcome {
         let mut out = format!(
             "Poses cover {:.0} % of the sphere. Body axes: {}. Misalignment and cross-axis response together. Gravity {}.",
             100.0 * self.found.covered,
-            if self.request.fixture.is_some() {
-                "those of the fixture, by the mounting of the model given (taken as exact)"
-            } else {
-                "x along the accelerometer's x, y in the plane of its x and y"
-            },
+            self.frame_words(),
             self.request.place.words(self.gravity_m_s2)
         );
         if self.request.place.is_default() {
             out.push_str(" 0.1 % of it is 1000 ppm in every accelerometer scale factor: give --gravity or --latitude.");
         }
         out
+    }
+
+    /// The axes that the result holds for.
+    pub(super) fn frame_words(&self) -> String {
+        if self.request.fixture.is_none() {
+            return "x along the accelerometer's x, y in the plane of its x and y".to_owned();
+        }
+        if self.request.unmeasured.is_empty() {
+            return "those of the fixture, by the mounting of the model given (taken as exact)"
+                .to_owned();
+        }
+        format!(
+            "those of the fixture as far as {} is zero, which the model given does not determine",
+            short(&self.request.unmeasured)
+        )
     }
 
     /// The terms held at zero, with the reason in words and what they may be.
@@ -153,30 +171,51 @@ impl MultiPositionOutcome {
             }
         }
         if groups.is_empty() {
-            return "Every term that was asked for is determined; temperature, nonlinearity and axis offset are \
-                    taken as zero."
-                .to_owned();
+            return format!(
+                "Every term that was asked for is determined; {}.",
+                self.taken()
+            );
         }
-        let words: Vec<String> = groups
+        let mut by_reason: Vec<(&str, Vec<String>)> = Vec::new();
+        for (name, names, status) in &groups {
+            let refused = self.found.gyro_refused.is_some() && name.starts_with("gyro.");
+            let reason = match status {
+                _ if refused => "the gyro was not calibrated",
+                Status::NoInput => "no such input",
+                Status::Aliased => "looks like other terms here",
+                _ => "these poses and turns say too little",
+            };
+            let name = group_name(name, names, |s| {
+                self.found.parameters.iter().any(|p| stem(&p.name) == s)
+            });
+            match by_reason.last_mut() {
+                Some((last, names)) if *last == reason => names.push(name),
+                _ => by_reason.push((reason, vec![name])),
+            }
+        }
+        let words: Vec<String> = by_reason
             .iter()
-            .map(|(name, names, status)| {
-                let reason = match status {
-                    Status::NoInput => "no such input",
-                    Status::Aliased => "looks like other terms here",
-                    _ => "these poses and turns say too little",
-                };
-                let name = group_name(name, names, |s| {
-                    self.found.parameters.iter().any(|p| stem(&p.name) == s)
-                });
-                format!("{name} ({reason})")
-            })
+            .map(|(reason, names)| format!("{} ({reason})", names.join(", ")))
             .collect();
-        format!("Not determined, held at zero: {}.", words.join(", "))
+        format!(
+            "Not determined, held at zero: {}. Besides, {}.",
+            words.join(", "),
+            self.taken()
+        )
+    }
+
+    /// What no hand-turned log tells, as far as the sensors of the log have it.
+    fn taken(&self) -> &'static str {
+        if self.found.held.iter().any(|h| h.name.starts_with("gyro.")) {
+            "temperature, nonlinearity, g2-sensitivity and axis offset are taken as zero"
+        } else {
+            "temperature, nonlinearity and axis offset are taken as zero"
+        }
     }
 
     pub(super) fn notes(&self) -> Vec<String> {
         let found = &self.found;
-        let mut out = Vec::new();
+        let mut out = self.faults();
         for (i, pose) in found
             .poses
             .iter()
@@ -196,7 +235,8 @@ impl MultiPositionOutcome {
                 .turns
                 .iter()
                 .any(|t| t.start_s >= pair[0].end_s - 1e-9 && t.end_s <= pair[1].start_s + 1e-9);
-            if !turned && pair[1].start_s - pair[0].end_s < 1.0 {
+            let broken = found.broken.iter().any(|b| b.span_s[0] == pair[0].end_s);
+            if !turned && !broken && pair[1].start_s - pair[0].end_s < 1.0 {
                 out.push(format!(
                     "a knock at {} splits pose {}; both parts count",
                     clock(pair[0].end_s),
@@ -225,6 +265,13 @@ impl MultiPositionOutcome {
                 clock(*end_s)
             ));
         }
+        for [start_s, end_s] in &found.turning {
+            out.push(format!(
+                "{} - {} is no rest: it is steady, but the sensor turns in it",
+                clock(*start_s),
+                clock(*end_s)
+            ));
+        }
         if let Some(error) = &found.gyro_refused {
             out.push(format!("the gyro was not calibrated: {error}"));
         }
@@ -232,10 +279,13 @@ impl MultiPositionOutcome {
             let axes: Vec<String> = (0..3)
                 .filter(|k| drift.rate_random_walk[*k] > 0.0)
                 .map(|k| {
+                    let shown = |v: f64| significant(v.to_degrees() * 3600.0 * 60.0, 2);
                     format!(
-                        "{} {} deg/h/sqrt(h)",
+                        "{} {} deg/h/sqrt(h), 95 % {} ... {}",
                         ["x", "y", "z"][k],
-                        significant(drift.rate_random_walk[k].to_degrees() * 3600.0 * 60.0, 2)
+                        shown(drift.rate_random_walk[k]),
+                        shown(drift.interval[k][0]),
+                        shown(drift.interval[k][1])
                     )
                 })
                 .collect();
@@ -243,20 +293,11 @@ impl MultiPositionOutcome {
                 out.push(format!(
                     "the gyro bias drifted between rests ({}); it is in the intervals, and the bias is its mean over \
                      the rests",
-                    axes.join(", ")
+                    axes.join("; ")
                 ));
             }
         }
         out
-    }
-}
-
-/// A time of the log.
-fn clock(s: f64) -> String {
-    if (0.0..36_000.0).contains(&s) {
-        format!("{:.0}:{:04.1}", (s / 60.0).floor(), s % 60.0)
-    } else {
-        format!("{s:.1} s")
     }
 }
 
@@ -270,12 +311,4 @@ fn names<'a>(all: impl Iterator<Item = &'a str>) -> String {
         }
     }
     out.join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn times_of_a_log() {
-        assert_eq!(super::clock(582.34), "9:42.3");
-    }
 }

@@ -196,9 +196,8 @@ impl Wanted {
             && let Some((_, name, sigma)) = worst(1, LONGEST_S)
         {
             notes.push(format!(
-                "no dwell alone reaches {name}: bias instability leaves {} {} at one visit of each station",
-                significant(sigma, 2),
-                super::super::json::unit(&name)
+                "no dwell alone reaches {name}: bias instability leaves {} at one visit of each station",
+                in_users_units(&name, sigma)
             ));
         }
         if let Some((_, repeats, dwell_s)) = best {
@@ -223,10 +222,38 @@ impl Wanted {
     }
 }
 
+/// A standard error in the unit in which the tables show its parameter.
+fn in_users_units(name: &str, sigma: f64) -> String {
+    match Term::named(name) {
+        Some((sensor, _, term)) => {
+            let shown = super::super::units::shown(sensor, term);
+            format!("{} {}", significant(sigma * shown.per_si, 2), shown.unit)
+        }
+        None => format!(
+            "{} {}",
+            significant(sigma, 2),
+            super::super::json::unit(name)
+        ),
+    }
+}
+
 /// The next number of two digits.
 fn rounded_up(value: f64) -> f64 {
     let step = 10f64.powf(value.log10().floor() - 1.0);
     let rounded = (value / step - 1e-9).ceil() * step;
     // Steps below one second are inexact decimals.
     (rounded * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_floor_is_told_as_the_tables_show_it() {
+        let rate = super::in_users_units("gyro.bias.x", 1f64.to_radians() / 3600.0);
+        assert_eq!(rate, "1.0 deg/h");
+        assert_eq!(
+            super::in_users_units("accel.scale_factor.z", 2e-5),
+            "20 ppm"
+        );
+    }
 }

@@ -9,7 +9,7 @@ use sagnac_report::text::{Estimate, significant};
 use super::ThermalOutcome;
 use super::text::{degrees, shown};
 use crate::calibrate::PageFacts;
-use crate::calibrate::certificate::{page_unit, page_words};
+use crate::calibrate::sheet::{page_unit, page_words};
 use crate::calibrate::text::title;
 
 impl ThermalOutcome {
@@ -111,11 +111,13 @@ impl ThermalOutcome {
                         })
                     }),
                     unit: page_unit(unit),
+                    ..ResultRow::default()
                 });
             }
         }
         ResultTable {
             heading: title(sensor).to_owned(),
+            sensor: sensor.key().to_owned(),
             rows,
         }
     }
