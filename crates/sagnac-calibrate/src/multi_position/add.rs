@@ -2,7 +2,7 @@
 //!
 //! Greedy on the information matrix: Λ ← Λ + jᵀj of a pose (turn) with the median noise of those found.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::turns::{self, Correction};
 use super::{PoseToAdd, TurnToAdd, accel, gyro};
@@ -118,6 +118,32 @@ pub(super) fn poses(
     out
 }
 
+/// Weighted row of all nine terms of a pose, before anything is known of them.
+fn row_of(direction: &Vector3<f64>, se: [f64; 3]) -> [f64; 9] {
+    const GRAVITY: f64 = 9.806_65;
+    let (row, v) = accel::row(&(direction * GRAVITY), &Matrix3::identity());
+    let sigma = (0..3).map(|k| (v[k] * se[k]).powi(2)).sum::<f64>().sqrt();
+    row.map(|c| c / sigma)
+}
+
+/// Those of the biases and scale factors asked for that poses do not determine.
+fn open(design: &DMatrix<f64>, asked: &[bool; 9]) -> Vec<usize> {
+    let status = accel::decide(design, asked);
+    (0..6)
+        .filter(|j| asked[*j] && status[*j] != Status::Admitted)
+        .collect()
+}
+
+fn stacked(directions: impl Iterator<Item = Vector3<f64>>, se: [f64; 3]) -> DMatrix<f64> {
+    let rows: Vec<[f64; 9]> = directions.map(|d| row_of(&d, se)).collect();
+    DMatrix::from_fn(rows.len(), 9, |i, j| rows[i][j])
+}
+
+/// Those of the biases and scale factors asked for that poses in these directions do not determine.
+pub(super) fn missing(directions: &[Vector3<f64>], asked: &[bool; 9], se: [f64; 3]) -> Vec<usize> {
+    open(&stacked(flattened(directions).into_iter(), se), asked)
+}
+
 /// Poses which, beside those in `directions`, make bias and scale factor of all axes determined, in words.
 ///
 /// Chosen one by one by what they tell of the terms that are not, until [`accel::decide`] admits all of them; then
@@ -127,40 +153,20 @@ pub(super) fn resolving(
     asked: &[bool; 9],
     se: [f64; 3],
 ) -> Vec<String> {
-    const GRAVITY: f64 = 9.806_65;
-    let identity = Matrix3::identity();
-    let row = |d: &Vector3<f64>| {
-        let (row, v) = accel::row(&(d * GRAVITY), &identity);
-        let sigma = (0..3).map(|k| (v[k] * se[k]).powi(2)).sum::<f64>().sqrt();
-        row.map(|c| c / sigma)
-    };
-    let design = |chosen: &[usize], all: &[([f64; 3], String)]| {
-        let rows: Vec<[f64; 9]> = directions
-            .iter()
-            .copied()
-            .chain(chosen.iter().map(|i| Vector3::from(all[*i].0)))
-            .map(|d| row(&d))
-            .collect();
-        DMatrix::from_fn(rows.len(), 9, |i, j| rows[i][j])
-    };
-    let open = |design: &DMatrix<f64>| -> Vec<usize> {
-        let status = accel::decide(design, asked);
-        (0..6)
-            .filter(|j| asked[*j] && status[*j] != Status::Admitted)
-            .collect()
-    };
     let all = self::directions();
     let candidates: Vec<DMatrix<f64>> = all
         .iter()
-        .map(|(d, _)| {
-            let row = row(&Vector3::from(*d));
-            DMatrix::from_fn(1, 9, |_, j| row[j])
-        })
+        .map(|(d, _)| stacked(std::iter::once(Vector3::from(*d)), se))
         .collect();
+    let directions = flattened(directions);
+    let design = |chosen: &[usize]| {
+        let more = chosen.iter().map(|i| Vector3::from(all[*i].0));
+        stacked(directions.iter().copied().chain(more), se)
+    };
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < MOST {
-        let now = design(&chosen, &all);
-        let missing = open(&now);
+        let now = design(&chosen);
+        let missing = open(&now, asked);
         if missing.is_empty() {
             break;
         }
@@ -182,7 +188,7 @@ pub(super) fn resolving(
     }
     for i in chosen.clone() {
         let fewer: Vec<usize> = chosen.iter().copied().filter(|c| *c != i).collect();
-        if open(&design(&fewer, &all)).is_empty() {
+        if open(&design(&fewer), asked).is_empty() {
             chosen = fewer;
         }
     }
@@ -281,13 +287,30 @@ pub(super) fn distinct(directions: &[Vector3<f64>], apart_rad: f64) -> Vec<Vecto
     out
 }
 
-/// Whether all directions lie near one plane (through the origin), by the smallest principal spread.
-pub(super) fn in_a_plane(directions: &[Vector3<f64>]) -> bool {
+/// The normal of the plane (through the origin) that all directions lie near, by the smallest principal spread.
+fn plane_of(directions: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let n = directions.len().max(1) as f64;
     let mut sum = Matrix3::zeros();
     for d in directions {
         sum += d * d.transpose();
     }
-    let spread = DVector::from_iterator(3, (sum / n).symmetric_eigenvalues().iter().copied());
-    spread.min() < 0.01
+    let spread = (sum / n).symmetric_eigen();
+    let least = spread.eigenvalues.imin();
+    (spread.eigenvalues[least] < 0.01).then(|| spread.eigenvectors.column(least).into_owned())
+}
+
+/// Whether all directions lie near one plane.
+pub(super) fn in_a_plane(directions: &[Vector3<f64>]) -> bool {
+    plane_of(directions).is_some()
+}
+
+/// Directions near a plane, in it: what lies across it is bias and noise, from which nothing is to be learned.
+fn flattened(directions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let Some(normal) = plane_of(directions) else {
+        return directions.to_vec();
+    };
+    directions
+        .iter()
+        .map(|d| (d - normal * normal.dot(d)).normalize())
+        .collect()
 }

@@ -187,27 +187,47 @@ pub(super) fn enough(
     directions: &[Vector3<f64>],
     se_m_s2: [f64; 3],
 ) -> Result<(), Error> {
-    let missing: Vec<String> = (0..6)
+    let missing: Vec<usize> = (0..6)
         .filter(|j| asked[*j] && fit.status[*j] != Status::Admitted)
-        .map(|j| {
-            let (k, term) = accel::TERMS[j];
-            term.name(sagnac_core::Sensor::Accel, k)
-        })
         .collect();
     if missing.is_empty() {
         return Ok(());
     }
-    let all = add::resolving(directions, asked, se_m_s2);
-    Err(Error::NotDetermined {
+    Err(not_determined(&missing, asked, directions, se_m_s2))
+}
+
+/// Why an estimate ran away: poses that tell too little of some terms, or outputs that fit none.
+pub(super) fn ran_away(asked: &[bool; 9], directions: &[Vector3<f64>], se_m_s2: [f64; 3]) -> Error {
+    let missing = add::missing(directions, asked, se_m_s2);
+    if missing.is_empty() {
+        return Error::Diverged;
+    }
+    not_determined(&missing, asked, directions, se_m_s2)
+}
+
+fn not_determined(
+    missing: &[usize],
+    asked: &[bool; 9],
+    directions: &[Vector3<f64>],
+    se_m_s2: [f64; 3],
+) -> Error {
+    let names: Vec<String> = missing
+        .iter()
+        .map(|j| {
+            let (k, term) = accel::TERMS[*j];
+            term.name(sagnac_core::Sensor::Accel, k)
+        })
+        .collect();
+    Error::NotDetermined {
         poses: directions.len(),
-        missing: missing.join(", "),
+        missing: names.join(", "),
         plane: if add::in_a_plane(directions) {
             ": they lie in one plane".to_owned()
         } else {
             String::new()
         },
-        add: all.join(", "),
-    })
+        add: add::resolving(directions, asked, se_m_s2).join(", "),
+    }
 }
 
 /// Refuses a gyro that does not lead from pose to pose.

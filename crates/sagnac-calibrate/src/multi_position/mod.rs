@@ -279,7 +279,12 @@ pub fn calibrate(recording: &Recording, options: &Options) -> Result<Outcome, Er
         sigma.map(|s| s / samples.sqrt())
     };
     let asked = accel::TERMS.map(|(_, term)| options.asked.has(term.group, false));
-    let fit = accel::fit(&means, &se, &asked, options)?;
+    let fit = match accel::fit(&means, &se, &asked, options) {
+        Err(Error::Diverged) => {
+            return Err(error::ran_away(&asked, &directions, usual(accel_sigma)));
+        }
+        other => other?,
+    };
     error::enough(&fit, &asked, &directions, usual(accel_sigma))?;
     let mut out = Outcome {
         parameters: Vec::new(),

@@ -158,7 +158,7 @@ mod tests {
                 name: "Bias".to_owned(),
                 term: "bias".to_owned(),
                 cells: [
-                    Estimate::plus_minus(206.26, 2.0),
+                    Estimate::plus_minus(412.53, 2.0),
                     Estimate::Absent,
                     Estimate::Absent,
                 ],
@@ -172,7 +172,7 @@ mod tests {
             "<tr data-sensor=\"gyro\" data-term=\"bias\">",
             "data-axis=\"x\" data-status=\"detected\"",
             "data-axis=\"y\" data-status=\"absent\"",
-            "<span class=\"u-si\"><b>1.000·10⁻³</b>",
+            "<span class=\"u-si\"><b>0.002000</b>",
             "<span class=\"u-field\">°/h</span><span class=\"u-si\">rad/s</span>",
         ] {
             assert!(html.contains(part), "{part} is not in {html}");
