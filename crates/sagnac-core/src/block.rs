@@ -58,22 +58,6 @@ pub struct OutputBlock<'a, T> {
     pub accel: [&'a mut [T]; 3],
 }
 
-/// 32 numbers from `at` on, `fill` beyond the end or where there is no channel.
-#[inline(always)]
-fn load<T: Real>(from: Option<&[T]>, at: usize, fill: T) -> [T; LANES] {
-    let mut lanes = [fill; LANES];
-    if let Some(rest) = from.and_then(|channel| channel.get(at..)) {
-        if let Some(whole) = rest.first_chunk::<LANES>() {
-            lanes = *whole;
-        } else {
-            for (to, from) in lanes.iter_mut().zip(rest) {
-                *to = *from;
-            }
-        }
-    }
-    lanes
-}
-
 /// 32 numbers from `at` on where they lie, or copied to `spare` where fewer are left.
 #[inline(always)]
 fn lanes<'s, T: Real>(from: &'s [T], at: usize, spare: &'s mut [T; LANES]) -> &'s [T; LANES] {
@@ -95,19 +79,6 @@ fn lanes_three<'s, T: Real>(
     [sx, sy, sz]: [&'s mut [T; LANES]; 3],
 ) -> [&'s [T; LANES]; 3] {
     [lanes(x, at, sx), lanes(y, at, sy), lanes(z, at, sz)]
-}
-
-#[inline(always)]
-fn load_three<T: Real>(from: Option<[&[T]; 3]>, at: usize) -> [[T; LANES]; 3] {
-    let [x, y, z] = match from {
-        Some([x, y, z]) => [Some(x), Some(y), Some(z)],
-        None => [None; 3],
-    };
-    [
-        load(x, at, T::ZERO),
-        load(y, at, T::ZERO),
-        load(z, at, T::ZERO),
-    ]
 }
 
 #[inline(always)]
@@ -246,16 +217,26 @@ impl<T: Real> Kernel for CorruptKernel<'_, '_, '_, T> {
     fn run(self) {
         let mut gyro = [[T::ZERO; LANES]; 3];
         let mut accel = [[T::ZERO; LANES]; 3];
+        let t0 = [self.forward.reference_c; LANES];
+        let zero = [T::ZERO; LANES];
+        // Where the last, short piece is copied to.
+        let mut spare = [zero; 10];
         let mut at = 0;
         while at < self.count {
-            self.forward.corrupt_lanes(
-                &load_three(Some(self.input.specific_force), at),
-                &load_three(Some(self.input.angular_rate), at),
-                &load_three(self.input.angular_acceleration, at),
-                &load(self.input.temperature_c, at, self.forward.reference_c),
-                &mut gyro,
-                &mut accel,
-            );
+            let [s0, s1, s2, s3, s4, s5, s6, s7, s8, s9] = &mut spare;
+            let truth = Lanes {
+                gyro: lanes_three(self.input.angular_rate, at, [s0, s1, s2]),
+                accel: lanes_three(self.input.specific_force, at, [s3, s4, s5]),
+                gyro_rate: match self.input.angular_acceleration {
+                    Some(wdot) => lanes_three(wdot, at, [s6, s7, s8]),
+                    None => [&zero; 3],
+                },
+                temperature_c: match self.input.temperature_c {
+                    Some(temperature) => lanes(temperature, at, s9),
+                    None => &t0,
+                },
+            };
+            self.forward.corrupt_lanes(&truth, &mut gyro, &mut accel);
             for (lanes, to) in gyro.iter().zip(&mut self.output.gyro) {
                 store(lanes, to, at);
             }

@@ -214,9 +214,14 @@ impl<T: Real> Compensation<T> {
         let saturated = [threshold(Sensor::Gyro), threshold(Sensor::Accel)];
         let temperature_range_c = model.temperature_range_c;
         Ok(Self {
-            plain: bound
-                .as_ref()
-                .and_then(|bound| Plain::new(&forward, bound, &saturated, temperature_range_c)),
+            plain: Plain::new(
+                &forward,
+                &terms,
+                bound.as_ref(),
+                range,
+                &saturated,
+                temperature_range_c,
+            ),
             forward,
             terms,
             bound,

@@ -12,7 +12,8 @@
 use crate::{
     AxisOffset, G2Sensitivity, GSensitivity, Reading, Real, Sensor, SensorModel, Thermal, Triad,
     Truth,
-    vector::{Matrix, Vector, add, apply, put, take},
+    compensation::Lanes,
+    vector::{Matrix, Vector, add, apply, put, take, take_from},
 };
 
 /// N_k(u) = k2_k u_k² + k3_k u_k³ + ½ a_k |u_k|.
@@ -120,24 +121,29 @@ impl<T: Real> TriadErrors<T> {
 
     /// b + (I + M) u + N(u) of N samples.
     #[inline(always)]
-    fn output<const N: usize>(&self, u: &[[T; N]; 3], temperature_c: &[T; N], y: &mut [[T; N]; 3]) {
-        let fixed = self.triad.bias.fixed;
-        let mut bias = [[fixed[0]; N], [fixed[1]; N], [fixed[2]; N]];
-        self.bias_thermal.add_to(temperature_c, &mut bias);
-        let mut scale = [[T::ZERO; N]; 3];
-        self.scale_thermal.add_to(temperature_c, &mut scale);
-        let at_reference = self.gain;
-        for i in 0..N {
-            let mut gain = at_reference;
-            for k in 0..3 {
-                gain[k][k] += scale[k][i];
+    fn output<const N: usize>(&self, u: [&[T; N]; 3], temperature_c: &[T; N], y: &mut [[T; N]; 3]) {
+        let (fixed, at_reference) = (self.triad.bias.fixed, self.gain);
+        if self.depends_on_temperature() {
+            let mut bias = [[fixed[0]; N], [fixed[1]; N], [fixed[2]; N]];
+            self.bias_thermal.add_to(temperature_c, &mut bias);
+            let mut scale = [[T::ZERO; N]; 3];
+            self.scale_thermal.add_to(temperature_c, &mut scale);
+            for i in 0..N {
+                let mut gain = at_reference;
+                for k in 0..3 {
+                    gain[k][k] += scale[k][i];
+                }
+                put(y, i, add(take(&bias, i), apply(&gain, take_from(u, i))));
             }
-            put(y, i, add(take(&bias, i), apply(&gain, take(u, i))));
+        } else {
+            for i in 0..N {
+                put(y, i, add(fixed, apply(&at_reference, take_from(u, i))));
+            }
         }
         if self.is_nonlinear {
             let n = self.nonlinearity();
             for i in 0..N {
-                put(y, i, add(take(y, i), n.part(take(u, i))));
+                put(y, i, add(take(y, i), n.part(take_from(u, i))));
             }
         }
     }
@@ -214,15 +220,16 @@ impl<T: Real> Measurement<T> {
     #[inline]
     pub fn corrupt(&self, truth: &Truth<T>) -> Reading<T> {
         let one = |v: [T; 3]| v.map(|x| [x]);
+        let (f, w) = (one(truth.specific_force), one(truth.angular_rate));
+        let (wdot, temperature) = (one(truth.angular_acceleration), [truth.temperature_c]);
         let (mut gyro, mut accel) = ([[T::ZERO]; 3], [[T::ZERO]; 3]);
-        self.corrupt_lanes(
-            &one(truth.specific_force),
-            &one(truth.angular_rate),
-            &one(truth.angular_acceleration),
-            &[truth.temperature_c],
-            &mut gyro,
-            &mut accel,
-        );
+        let lanes = Lanes {
+            gyro: [&w[0], &w[1], &w[2]],
+            accel: [&f[0], &f[1], &f[2]],
+            gyro_rate: [&wdot[0], &wdot[1], &wdot[2]],
+            temperature_c: &temperature,
+        };
+        self.corrupt_lanes(&lanes, &mut gyro, &mut accel);
         Reading {
             gyro: take(&gyro, 0),
             accel: take(&accel, 0),
@@ -231,40 +238,41 @@ impl<T: Real> Measurement<T> {
         }
     }
 
-    /// N samples at once: the physics in its order.
+    /// N samples of the truth at once: the physics in its order.
     #[inline(always)]
     pub(crate) fn corrupt_lanes<const N: usize>(
         &self,
-        f: &[[T; N]; 3],
-        w: &[[T; N]; 3],
-        wdot: &[[T; N]; 3],
-        temperature_c: &[T; N],
+        truth: &Lanes<'_, T, N>,
         gyro: &mut [[T; N]; 3],
         accel: &mut [[T; N]; 3],
     ) {
+        let (f, w, wdot) = (truth.accel, truth.gyro, truth.gyro_rate);
         // 1. Size effect: what each accelerometer feels where it sits.
-        let mut sensed = *f;
+        // 2. Bias, scale factor, misalignment, cross-axis response, nonlinearity, asymmetry.
         if let Some(offset) = self.axis_offset {
+            let mut sensed = [[T::ZERO; N]; 3];
             for i in 0..N {
                 let effect = add(
-                    offset.centripetal(take(w, i)),
-                    offset.tangential(take(wdot, i)),
+                    offset.centripetal(take_from(w, i)),
+                    offset.tangential(take_from(wdot, i)),
                 );
-                put(&mut sensed, i, add(take(f, i), effect));
+                put(&mut sensed, i, add(take_from(f, i), effect));
             }
+            let [x, y, z] = &sensed;
+            self.accel.output([x, y, z], truth.temperature_c, accel);
+        } else {
+            self.accel.output(f, truth.temperature_c, accel);
         }
-        // 2. Bias, scale factor, misalignment, cross-axis response, nonlinearity, asymmetry.
-        self.accel.output(&sensed, temperature_c, accel);
-        self.gyro.output(w, temperature_c, gyro);
+        self.gyro.output(w, truth.temperature_c, gyro);
         // 3. What specific force does to the gyroscopes.
         if let Some(g) = self.g_sensitivity {
             for i in 0..N {
-                put(gyro, i, add(take(gyro, i), g.part(take(f, i))));
+                put(gyro, i, add(take(gyro, i), g.part(take_from(f, i))));
             }
         }
         if let Some(h) = self.g2_sensitivity {
             for i in 0..N {
-                put(gyro, i, add(take(gyro, i), h.part(take(f, i))));
+                put(gyro, i, add(take(gyro, i), h.part(take_from(f, i))));
             }
         }
     }

@@ -158,6 +158,22 @@ impl AxisGenerator {
         run_length_s: f64,
         key: StreamKey,
     ) -> Result<Self, Error> {
+        Self::with_flicker(noise, terms, dt_s, run_length_s, key, &mut None)
+    }
+
+    /// The same with the filter of `flicker`, one of this sampling interval and run length, which is put there where there
+    /// is none: many axes need it worked out only once.
+    ///
+    /// # Errors
+    /// Those of [`AxisGenerator::new`].
+    pub fn with_flicker(
+        noise: &AxisNoise,
+        terms: TermSet,
+        dt_s: f64,
+        run_length_s: f64,
+        key: StreamKey,
+        flicker: &mut Option<FlickerGenerator>,
+    ) -> Result<Self, Error> {
         check(noise, dt_s, run_length_s)?;
         let mut drift: Vec<Box<dyn Generator + Send>> = Vec::new();
         let mut other: Vec<Box<dyn Generator + Send>> = Vec::new();
@@ -186,12 +202,10 @@ impl AxisGenerator {
             }
         }
         if terms.has("flicker") && noise.flicker.coefficient != 0.0 {
-            drift.push(Box::new(FlickerGenerator::new(
-                noise.flicker,
-                dt_s,
-                run_length_s,
-                key,
-            )));
+            let first = flicker.get_or_insert_with(|| {
+                FlickerGenerator::new(noise.flicker, dt_s, run_length_s, key)
+            });
+            drift.push(Box::new(first.another(noise.flicker, key)));
         }
         if terms.has("random_walk") {
             for (place, term) in (0..).zip([noise.random_walk, noise.instability_random_walk]) {
@@ -236,6 +250,29 @@ impl AxisGenerator {
             term.add_frame(&mut self.total_frame, &mut self.scratch);
         }
         self.used = 0;
+    }
+
+    /// Adds the next samples of all terms to `out`; `scratch` is room to work in.
+    ///
+    /// The samples of [`AxisGenerator::fill`], added one term after the other: quicker where calls ask for whole frames.
+    pub fn add_to(&mut self, out: &mut [f64], scratch: &mut Scratch) {
+        let mut rest = 0;
+        if self.used == FRAME {
+            for frame in out.as_chunks_mut::<FRAME>().0 {
+                for term in self.drift.iter_mut().chain(&mut self.other) {
+                    term.add_frame(frame, scratch);
+                }
+                rest += FRAME;
+            }
+        }
+        let mut samples = [0.0; FRAME];
+        for piece in out[rest..].chunks_mut(FRAME) {
+            let samples = &mut samples[..piece.len()];
+            self.fill(samples, None);
+            for (to, sample) in piece.iter_mut().zip(samples) {
+                *to += *sample;
+            }
+        }
     }
 
     /// Writes the next samples of the sum of all terms to `total` and of the in-run drift (flicker,
@@ -313,4 +350,39 @@ fn check(noise: &AxisNoise, dt_s: f64, run_length_s: f64) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn added_samples_are_the_filled_ones() {
+        let noise = AxisNoise {
+            white: White { density: 0.1 },
+            flicker: Flicker { coefficient: 1.0 },
+            random_walk: RandomWalk { coefficient: 0.3 },
+            ..AxisNoise::default()
+        };
+        let key = StreamKey {
+            seed: 5,
+            run: 2,
+            sensor: 1,
+            axis: 0,
+        };
+        let new = || AxisGenerator::new(&noise, TermSet::ALL, 0.01, 60.0, key).unwrap();
+        let mut want = alloc::vec![0.0; 6 * FRAME];
+        new().fill(&mut want, None);
+        let mut added = new();
+        let mut got = alloc::vec![0.0; 6 * FRAME];
+        let mut from = 0;
+        for count in [2 * FRAME, 100, FRAME, 2 * FRAME - 100, FRAME] {
+            added.add_to(&mut got[from..from + count], &mut Scratch::default());
+            from += count;
+        }
+        for (got, want) in got.iter().zip(&want) {
+            assert!((got - want).abs() < 1e-14, "{got} {want}");
+        }
+    }
 }

@@ -5,7 +5,9 @@
 //! ladder's, p = (1 − φ)²/φ; a zero lies between each two, found by bisection, and one beyond w = 4.
 //! Split into partial fractions it is y_k = G e_k + Σ r_i s_i, s_i ← φ_i s_i + e_k: exactly the
 //! spectrum of the ladder with one normal number a sample. The states start from their stationary
-//! covariance 1/(1 − φ_iφ_j).
+//! covariance 1/(1 − φ_iφ_j). Samples are made in groups of eight, so that what a group waits for is one
+//! multiplication and one addition: y_k = G e_k + Σ_m (Σ_i r_i φ_i^(m−1)) e_{k−m} + Σ_i r_i φ_i^k s_i over the normals
+//! of the group before k.
 
 use core::f64::consts::PI;
 
@@ -18,6 +20,8 @@ use crate::stream::{Purpose, Stream, StreamKey};
 /// Most states of the filter; a multiple of the lanes.
 const MOST: usize = 16;
 const LANES: usize = 4;
+/// Samples made together.
+const GROUP: usize = 8;
 
 /// One process of the ladder, in the interval means' spectrum c₀ + c₁(2(1−φ) − w)/((1−φ)² + φw).
 #[derive(Debug, Clone, Copy, Default)]
@@ -146,25 +150,33 @@ impl Ladder {
 #[derive(Debug, Clone)]
 pub struct FlickerGenerator {
     stream: Stream,
+    state: [f64; MOST],
+    scale: f64,
     filter: Filter,
     ladder: Ladder,
-    scale: f64,
 }
 
+/// σ of the processes of the ladder.
+fn scale(term: Flicker, ladder: &Ladder) -> f64 {
+    term.coefficient * libm::sqrt(libm::log(ladder.ratio) / PI)
+}
+
+/// The filter for σ = 1, with what its groups need; it depends on nothing but dt and the run's length.
 #[derive(Debug, Clone, PartialEq)]
 struct Filter {
-    blocks: usize,
-    direct: f64,
-    phi: [[f64; LANES]; MOST / LANES],
-    residue: [[f64; LANES]; MOST / LANES],
-    state: [[f64; LANES]; MOST / LANES],
+    count: usize,
+    /// φ¹ … φ⁸ of every state.
+    powers: [[f64; MOST]; GROUP],
+    /// r … rφ⁷ of every state.
+    residue: [[f64; GROUP]; MOST],
+    /// What the normal m samples back adds to each place of a group that it is in: G, Σr, Σrφ …; 0 before the group.
+    lags: [[f64; GROUP]; GROUP],
+    /// L with LLᵀ = 1/(1 − φ_iφ_j), row by row.
+    start: [[f64; MOST]; MOST],
 }
 
-impl FlickerGenerator {
-    /// Flicker at sampling interval `dt_s` for a run of `run_length_s`.
-    pub fn new(term: Flicker, dt_s: f64, run_length_s: f64, key: StreamKey) -> Self {
-        let ladder = Ladder::new(dt_s, run_length_s);
-        let scale = term.coefficient * libm::sqrt(libm::log(ladder.ratio) / PI);
+impl Filter {
+    fn new(ladder: &Ladder) -> Self {
         let zeros = ladder.zeros();
         let zeros = &zeros[..ladder.count];
         let rungs = ladder.rungs();
@@ -175,16 +187,13 @@ impl FlickerGenerator {
                 / (zero * zero + 2.0 * (1.0 - zero));
         }
         let direct = libm::sqrt(power);
-        let mut filter = Filter {
-            blocks: ladder.count / LANES,
-            direct: direct * scale,
-            phi: [[0.0; LANES]; MOST / LANES],
-            residue: [[0.0; LANES]; MOST / LANES],
-            state: [[0.0; LANES]; MOST / LANES],
+        let mut filter = Self {
+            count: ladder.count,
+            powers: [[0.0; MOST]; GROUP],
+            residue: [[0.0; GROUP]; MOST],
+            lags: [[0.0; GROUP]; GROUP],
+            start: stationary(rungs),
         };
-        let mut scratch = Scratch::default();
-        scratch.next_normals(&mut key.stream(Purpose::Flicker, 1));
-        let cholesky = stationary(rungs);
         for (i, rung) in rungs.iter().enumerate() {
             let mut residue = direct;
             for (j, (other, zero)) in rungs.iter().zip(zeros).enumerate() {
@@ -194,19 +203,61 @@ impl FlickerGenerator {
                     residue /= other.one_minus_phi - rung.one_minus_phi;
                 }
             }
-            filter.phi[i / LANES][i % LANES] = rung.phi;
-            filter.residue[i / LANES][i % LANES] = residue * scale;
-            filter.state[i / LANES][i % LANES] = cholesky[i]
-                .iter()
-                .zip(&scratch.normals)
-                .map(|(l, normal)| l * normal)
-                .sum();
+            let mut power = rung.phi;
+            for k in 0..GROUP {
+                filter.powers[k][i] = power;
+                filter.residue[i][k] = residue;
+                power *= rung.phi;
+                residue *= rung.phi;
+            }
         }
+        for m in 0..GROUP {
+            let value = match m {
+                0 => direct,
+                _ => filter.residue.iter().map(|of| of[m - 1]).sum(),
+            };
+            for k in m..GROUP {
+                filter.lags[m][k] = value;
+            }
+        }
+        filter
+    }
+
+    /// The states at the start: their stationary law.
+    fn states(&self, key: StreamKey) -> [f64; MOST] {
+        let mut scratch = Scratch::default();
+        scratch.next_normals(&mut key.stream(Purpose::Flicker, 1));
+        core::array::from_fn(|i| {
+            let row = self.start[i].iter().zip(&scratch.normals);
+            row.map(|(l, normal)| l * normal).sum()
+        })
+    }
+}
+
+impl FlickerGenerator {
+    /// Flicker at sampling interval `dt_s` for a run of `run_length_s`.
+    pub fn new(term: Flicker, dt_s: f64, run_length_s: f64, key: StreamKey) -> Self {
+        let ladder = Ladder::new(dt_s, run_length_s);
+        let filter = Filter::new(&ladder);
         Self {
             stream: key.stream(Purpose::Flicker, 0),
+            state: filter.states(key),
+            scale: scale(term, &ladder),
             filter,
             ladder,
-            scale,
+        }
+    }
+
+    /// Another one at the same sampling interval and run length: what [`FlickerGenerator::new`] gives, without working out
+    /// the filter again.
+    #[must_use]
+    pub fn another(&self, term: Flicker, key: StreamKey) -> Self {
+        Self {
+            stream: key.stream(Purpose::Flicker, 0),
+            state: self.filter.states(key),
+            scale: scale(term, &self.ladder),
+            filter: self.filter.clone(),
+            ladder: self.ladder.clone(),
         }
     }
 
@@ -238,79 +289,107 @@ fn stationary(rungs: &[Rung]) -> [[f64; MOST]; MOST] {
 impl Generator for FlickerGenerator {
     fn add_frame(&mut self, frame: &mut Frame, scratch: &mut Scratch) {
         scratch.next_normals(&mut self.stream);
-        run(&mut self.filter, &scratch.normals, frame);
+        run(
+            &self.filter,
+            self.scale,
+            &mut self.state,
+            &scratch.normals,
+            frame,
+        );
     }
 }
 
 #[inline(always)]
-fn run_body(filter: &mut Filter, normals: &Frame, out: &mut Frame) {
-    match filter.blocks {
-        1 => run_blocks::<1>(filter, normals, out),
-        2 => run_blocks::<2>(filter, normals, out),
-        3 => run_blocks::<3>(filter, normals, out),
-        _ => run_blocks::<4>(filter, normals, out),
+fn run_body(
+    filter: &Filter,
+    scale: f64,
+    state: &mut [f64; MOST],
+    normals: &Frame,
+    out: &mut Frame,
+) {
+    match filter.count {
+        4 => run_count::<4>(filter, scale, state, normals, out),
+        8 => run_count::<8>(filter, scale, state, normals, out),
+        12 => run_count::<12>(filter, scale, state, normals, out),
+        _ => run_count::<MOST>(filter, scale, state, normals, out),
     }
 }
 
 #[inline(always)]
-fn run_blocks<const BLOCKS: usize>(filter: &mut Filter, normals: &Frame, out: &mut Frame) {
-    let mut state: [[f64; LANES]; BLOCKS] = core::array::from_fn(|b| filter.state[b]);
-    // φ … φ⁴ and r … rφ³ of every state.
-    let mut phi = [[[0.0; LANES]; BLOCKS]; LANES];
-    let mut residue = [[[0.0; LANES]; LANES]; BLOCKS];
-    phi[0] = core::array::from_fn(|b| filter.phi[b]);
-    for b in 0..BLOCKS {
-        for lane in 0..LANES {
-            residue[b][lane][0] = filter.residue[b][lane];
-            for k in 1..LANES {
-                phi[k][b][lane] = phi[k - 1][b][lane] * filter.phi[b][lane];
-                residue[b][lane][k] = residue[b][lane][k - 1] * filter.phi[b][lane];
-            }
+fn run_count<const COUNT: usize>(
+    filter: &Filter,
+    scale: f64,
+    kept: &mut [f64; MOST],
+    normals: &Frame,
+    out: &mut Frame,
+) {
+    let mut state: [f64; COUNT] = core::array::from_fn(|i| kept[i]);
+    let powers: [[f64; COUNT]; GROUP] =
+        core::array::from_fn(|k| core::array::from_fn(|i| filter.powers[k][i]));
+    // The first group with zeros before it.
+    let mut line = [0.0; 2 * GROUP];
+    line[GROUP..].copy_from_slice(&normals[..GROUP]);
+    let mut groups = out.as_chunks_mut::<GROUP>().0.iter_mut();
+    if let Some(out) = groups.next() {
+        group(filter, scale, &powers, &mut state, &line, out);
+    }
+    for (before, out) in normals.as_chunks::<GROUP>().0.windows(2).zip(groups) {
+        if let Some(line) = before.as_flattened().first_chunk() {
+            group(filter, scale, &powers, &mut state, line, out);
         }
     }
-    // What the last m samples of a group add to a place in it: G, Σr, Σrφ, Σrφ².
-    let lags: [[f64; LANES]; LANES] = core::array::from_fn(|m| {
-        let value = match m {
-            0 => filter.direct,
-            _ => residue.as_flattened().iter().map(|of| of[m - 1]).sum(),
-        };
-        core::array::from_fn(|k| if k >= m { value } else { 0.0 })
-    });
-    let mut back = [0.0; LANES];
-    let groups = normals.as_chunks::<LANES>().0;
-    for (e, out) in groups.iter().zip(out.as_chunks_mut::<LANES>().0) {
-        let line: [f64; 2 * LANES] =
-            core::array::from_fn(|k| if k < LANES { back[k] } else { e[k - LANES] });
-        let mut sums = [[0.0; LANES]; 2];
-        for m in 0..LANES {
-            for k in 0..LANES {
-                sums[m % 2][k] += lags[m][k] * line[LANES + k - m];
-            }
+    kept[..COUNT].copy_from_slice(&state);
+}
+
+/// Eight samples from the normals of the group before and of their own, `line`.
+#[inline(always)]
+fn group<const COUNT: usize>(
+    filter: &Filter,
+    scale: f64,
+    powers: &[[f64; COUNT]; GROUP],
+    state: &mut [f64; COUNT],
+    line: &[f64; 2 * GROUP],
+    out: &mut [f64; GROUP],
+) {
+    let mut sums = [[0.0; GROUP]; 2];
+    for m in 0..GROUP {
+        for k in 0..GROUP {
+            sums[m % 2][k] += filter.lags[m][k] * line[GROUP + k - m];
         }
-        for i in 0..LANES * BLOCKS {
-            let (b, lane) = (i / LANES, i % LANES);
-            for k in 0..LANES {
-                sums[i % 2][k] += residue[b][lane][k] * state[b][lane];
-            }
-        }
-        for b in 0..BLOCKS {
-            // s ← φ⁴s + φ³e₀ + φ²e₁ + φe₂ + e₃: one step of waiting for four samples.
-            for lane in 0..LANES {
-                let driven = (phi[2][b][lane] * e[0] + phi[1][b][lane] * e[1])
-                    + (phi[0][b][lane] * e[2] + e[3]);
-                state[b][lane] = phi[3][b][lane] * state[b][lane] + driven;
-            }
-        }
-        for k in 0..LANES {
-            out[k] += sums[0][k] + sums[1][k];
-        }
-        back = *e;
     }
-    filter.state[..BLOCKS].copy_from_slice(&state);
+    for i in 0..COUNT {
+        for k in 0..GROUP {
+            sums[i % 2][k] += filter.residue[i][k] * state[i];
+        }
+    }
+    // s ← φ⁸s + φ⁷e₀ + … + e₇: one step of waiting for eight samples.
+    let e: [f64; GROUP] = core::array::from_fn(|k| line[GROUP + k]);
+    let mut driven = [[0.0; COUNT]; 2];
+    for i in 0..COUNT {
+        driven[0][i] = powers[6][i] * e[0];
+        driven[1][i] = powers[5][i] * e[1];
+    }
+    for k in 2..GROUP - 1 {
+        for i in 0..COUNT {
+            driven[k % 2][i] += powers[GROUP - 2 - k][i] * e[k];
+        }
+    }
+    for i in 0..COUNT {
+        state[i] = powers[GROUP - 1][i] * state[i] + ((driven[0][i] + driven[1][i]) + e[7]);
+    }
+    for k in 0..GROUP {
+        out[k] += scale * (sums[0][k] + sums[1][k]);
+    }
 }
 
 dispatch! {
-    fn run(filter: &mut Filter, normals: &Frame, out: &mut Frame) = run_body;
+    fn run(
+        filter: &Filter,
+        scale: f64,
+        state: &mut [f64; MOST],
+        normals: &Frame,
+        out: &mut Frame,
+    ) = run_body;
 }
 
 #[cfg(test)]
@@ -325,15 +404,12 @@ mod tests {
     };
 
     /// |H|²·dt of the filter as it stands.
-    fn transfer(filter: &Filter, turns: f64, dt_s: f64) -> f64 {
+    fn transfer(made: &FlickerGenerator, turns: f64, dt_s: f64) -> f64 {
+        let filter = &made.filter;
         let (cos, sin) = (libm::cos(2.0 * PI * turns), libm::sin(2.0 * PI * turns));
-        let (mut re, mut im) = (filter.direct, 0.0);
-        for (phi, residue) in filter
-            .phi
-            .as_flattened()
-            .iter()
-            .zip(filter.residue.as_flattened())
-        {
+        let (mut re, mut im) = (filter.lags[0][0], 0.0);
+        for (phi, residue) in filter.powers[0].iter().zip(&filter.residue) {
+            let residue = residue[0];
             // residue/(z − φ), 1 − cos without cancellation.
             let (x, y) = (1.0 - phi - 2.0 * crate::math::sin2_pi(turns), sin);
             assert!((x - (cos - phi)).abs() < 1e-14);
@@ -341,7 +417,7 @@ mod tests {
             re += residue * x / norm;
             im -= residue * y / norm;
         }
-        (re * re + im * im) * dt_s
+        (re * re + im * im) * made.scale * made.scale * dt_s
     }
 
     #[test]
@@ -357,7 +433,7 @@ mod tests {
             let made = FlickerGenerator::new(term, dt, run, KEY);
             let mut turns = (dt / (100.0 * run)).min(0.01);
             while turns < 0.5 {
-                let (got, want) = (transfer(&made.filter, turns, dt), made.psd(turns, dt));
+                let (got, want) = (transfer(&made, turns, dt), made.psd(turns, dt));
                 // Residues are differences of nearly equal numbers in the slow states.
                 assert!(
                     (got / want - 1.0).abs() < 1e-7,
@@ -406,5 +482,41 @@ mod tests {
                 assert!((got / want - 1.0).abs() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn groups_are_the_recursion_sample_by_sample() {
+        for run_length in [0.1, 5.0, 3600.0, 86400.0] {
+            let term = Flicker { coefficient: 2.0 };
+            let mut made = FlickerGenerator::new(term, 0.01, run_length, KEY);
+            let mut state = made.state;
+            let mut normals = crate::Normals::new(KEY.stream(Purpose::Flicker, 0));
+            let mut scratch = Scratch::default();
+            for _ in 0..3 {
+                let (mut frame, mut e) = ([0.0; crate::FRAME], [0.0; crate::FRAME]);
+                made.add_frame(&mut frame, &mut scratch);
+                normals.fill(&mut e);
+                for (got, e) in frame.iter().zip(e) {
+                    let mut want = made.filter.lags[0][0] * e;
+                    for (i, s) in state.iter_mut().enumerate().take(made.filter.count) {
+                        want += made.filter.residue[i][0] * *s;
+                        *s = made.filter.powers[0][i] * *s + e;
+                    }
+                    assert!((got - made.scale * want).abs() < 1e-10, "{got} {want}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn another_is_a_new_one() {
+        let term = |coefficient| Flicker { coefficient };
+        let key = StreamKey { run: 7, ..KEY };
+        let mut want = FlickerGenerator::new(term(3.0), 0.01, 60.0, key);
+        let mut got = FlickerGenerator::new(term(1.0), 0.01, 60.0, KEY).another(term(3.0), key);
+        let (mut a, mut b) = ([0.0; crate::FRAME], [0.0; crate::FRAME]);
+        want.add_frame(&mut a, &mut Scratch::default());
+        got.add_frame(&mut b, &mut Scratch::default());
+        assert_eq!(a, b);
     }
 }

@@ -19,8 +19,10 @@ pub trait Generator {
     fn add_frame(&mut self, frame: &mut Frame, scratch: &mut Scratch);
 }
 
-/// Room that generators work in; nothing in it outlives a call, one serves any number of them.
+/// Room that generators work in; nothing in it outlives a call, one serves any number of them. Its vectors begin with the
+/// lines of the cache.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub struct Scratch {
     pub(crate) words: [u64; BLOCK],
     pub(crate) normals: Frame,

@@ -162,13 +162,13 @@ pub fn monte_carlo(
         .into_par_iter()
         .map(|g| {
             let mut scratch = Scratch::new();
-            let mut units = Vec::new();
+            let (mut units, mut flicker) = (Vec::new(), None);
             let mut initial = [truth_state; LANES];
             for lane in 0..LANES {
                 let run = (g * LANES + lane) as u32 + 1;
                 // Lanes beyond the last run are idle copies of it: their results are not read.
                 let run = run.min(request.runs);
-                let mut unit = Unit::new(request, run, &factors)?;
+                let mut unit = Unit::new(request, run, &factors, &mut flicker)?;
                 initial[lane].e_from_b = aligned(
                     request,
                     run,

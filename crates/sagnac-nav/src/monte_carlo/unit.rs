@@ -11,10 +11,10 @@ use sagnac_core::{
     Axis, Compensation, CorrectedBlock, Draw, Measurement, OffDiagonal, OutputBlock, ReadingBlock,
     Sensor, SensorModel, TruthBlock, flags,
 };
-use sagnac_noise::{AxisGenerator, Purpose, Ramp, StreamKey, TermSet};
+use sagnac_noise::{AxisGenerator, FlickerGenerator, Purpose, Ramp, StreamKey, TermSet};
 
-/// Samples worked at once: a block of all channels stays in the second cache.
-pub(super) const BLOCK: usize = 256;
+/// Samples worked at once, a frame of the generators: a block of all channels stays in the second cache.
+pub(super) const BLOCK: usize = sagnac_noise::FRAME;
 /// Room for one channel of a block; a little more than its samples, so that channels do not all fall on the same places
 /// of the first cache.
 const ROW: usize = BLOCK + 8;
@@ -34,9 +34,10 @@ pub(super) struct Unit {
     time_s: f64,
 }
 
+#[repr(align(64))]
 pub(super) struct Scratch {
     output: Rows,
-    noise: [f64; BLOCK],
+    noise: sagnac_noise::Scratch,
     flags: [u32; BLOCK],
 }
 
@@ -44,7 +45,7 @@ impl Scratch {
     pub(super) fn new() -> Box<Self> {
         Box::new(Self {
             output: EMPTY,
-            noise: [0.0; BLOCK],
+            noise: sagnac_noise::Scratch::default(),
             flags: [0; BLOCK],
         })
     }
@@ -61,6 +62,7 @@ impl Unit {
         request: &Request<'_>,
         run: u32,
         factors: &[Vec<f64>],
+        flicker: &mut Option<FlickerGenerator>,
     ) -> Result<Self, Error> {
         let sensor = request.sensor;
         let key = |s: usize, a: usize| StreamKey {
@@ -113,13 +115,14 @@ impl Unit {
                 let mut noise = sensor.noise[s][a].clone();
                 ramp[3 * s + a] = noise.ramp.slope.abs() * key(s, a).draw(Purpose::Other, 1);
                 noise.ramp = Ramp::default();
-                let make = |terms: TermSet| {
-                    AxisGenerator::new(
+                let mut make = |terms: TermSet| {
+                    AxisGenerator::with_flicker(
                         &noise,
                         terms,
                         request.setting.dt_s,
                         request.setting.duration_s,
                         key(s, a),
+                        flicker,
                     )
                     .map_err(|e| Error::Request {
                         what: e.to_string(),
@@ -183,19 +186,15 @@ impl Unit {
             },
         );
         for channel in 0..6 {
-            let out = &mut scratch.output[channel];
-            let noise = &mut scratch.noise[..count];
+            let out = &mut scratch.output[channel][..count];
             let growing = (!prelude).then_some(&mut self.growing[channel]);
             for generator in std::iter::once(&mut self.stationary[channel]).chain(growing) {
                 if !generator.is_silent() {
-                    generator.fill(noise, None);
-                    for (o, n) in out.iter_mut().zip(noise.iter()) {
-                        *o += n;
-                    }
+                    generator.add_to(out, &mut scratch.noise);
                 }
             }
             if !prelude && self.ramp[channel] != 0.0 {
-                for (i, o) in out.iter_mut().enumerate().take(count) {
+                for (i, o) in out.iter_mut().enumerate() {
                     *o += self.ramp[channel] * (self.time_s + (i as f64 + 0.5) * dt_s);
                 }
             }

@@ -97,8 +97,8 @@ pub struct Strapdown<const L: usize> {
     sculling: Sculling,
     vertical: Vertical,
     lanes: Lanes<L>,
-    /// Samples from the oldest that a window still needs.
-    queue: Vec<LaneSample<L>>,
+    /// Samples from the oldest that a window still needs, by channel, all lanes of a step together.
+    queue: [Vec<f64>; 6],
     steps: Vec<[f64; 3]>,
     /// Steps made before the queue's first sample.
     base: u64,
@@ -146,7 +146,7 @@ impl<const L: usize> Strapdown<L> {
             sculling,
             vertical,
             lanes,
-            queue: Vec::new(),
+            queue: std::array::from_fn(|_| Vec::new()),
             steps: Vec::new(),
             base: 0,
             done: 0,
@@ -176,7 +176,9 @@ impl<const L: usize> Strapdown<L> {
     /// Queues one sample without stepping.
     pub fn feed(&mut self, dt_s: f64, sample: &LaneSample<L>, truth: [f64; 2]) {
         self.forget();
-        self.queue.push(*sample);
+        for (channel, lanes) in self.queue.iter_mut().zip(sample) {
+            channel.extend_from_slice(lanes);
+        }
         self.steps.push([dt_s, truth[0], truth[1]]);
     }
 
@@ -184,7 +186,9 @@ impl<const L: usize> Strapdown<L> {
     pub fn feed_block(&mut self, dt_s: f64, samples: &[LaneSample<L>], truth: &[[f64; 2]]) {
         let count = samples.len().min(truth.len());
         self.forget();
-        self.queue.extend_from_slice(&samples[..count]);
+        for (c, channel) in self.queue.iter_mut().enumerate() {
+            channel.extend(samples[..count].iter().flat_map(|sample| sample[c]));
+        }
         self.steps
             .extend(truth[..count].iter().map(|t| [dt_s, t[0], t[1]]));
     }
@@ -202,9 +206,19 @@ impl<const L: usize> Strapdown<L> {
         };
         let count = truth.len().min(N);
         self.forget();
-        self.queue.extend((0..count).map(|k| {
-            std::array::from_fn::<[f64; L], 6, _>(|c| std::array::from_fn(|l| rows[l][c][k]))
-        }));
+        for (c, channel) in self.queue.iter_mut().enumerate() {
+            let begin = channel.len();
+            channel.resize(begin + count * L, 0.0);
+            let rows: [&[f64; N]; L] = std::array::from_fn(|l| &rows[l][c]);
+            for (k, to) in channel[begin..]
+                .as_chunks_mut::<L>()
+                .0
+                .iter_mut()
+                .enumerate()
+            {
+                *to = std::array::from_fn(|l| rows[l][k]);
+            }
+        }
         self.steps
             .extend(truth[..count].iter().map(|t| [dt_s, t[0], t[1]]));
     }
@@ -212,8 +226,10 @@ impl<const L: usize> Strapdown<L> {
     /// Drops the samples that are no longer in any window, when they are most of the queue.
     fn forget(&mut self) {
         let used = (self.done.saturating_sub(4).saturating_sub(self.base)) as usize;
-        if used >= 256 && 8 * used > 7 * self.queue.len() {
-            self.queue.drain(..used);
+        if used >= 256 && 8 * used > 7 * self.steps.len() {
+            for channel in &mut self.queue {
+                channel.drain(..used * L);
+            }
             self.steps.drain(..used);
             self.base += used as u64;
         }
@@ -242,7 +258,7 @@ impl<const L: usize> Strapdown<L> {
 
     /// Makes steps up to number `step` as far as their windows are complete.
     pub fn run_to(&mut self, step: u64) {
-        let received = self.base + self.queue.len() as u64;
+        let received = self.base + self.steps.len() as u64;
         let width = self.sculling.width() as u64;
         let ready = if self.finished {
             received
@@ -300,8 +316,7 @@ impl<const L: usize> Strapdown<L> {
     fn run_edge(&mut self, first: u64, width: usize, place: usize) {
         let weights = Weights::new(width, place);
         let begin = (first - self.base) as usize;
-        let window: [&LaneSample<L>; 5] =
-            std::array::from_fn(|i| &self.queue[begin + i.min(width - 1)]);
+        let window = part::<L>(&self.queue, begin, begin + width);
         let step = self.steps[begin + place];
         let hold = self.hold(step);
         kernel::edge::<L>(&mut self.lanes, &self.field, &weights, window, place, &hold);
@@ -319,12 +334,13 @@ impl<const L: usize> Strapdown<L> {
         for s in steps {
             self.time_s += s[0];
         }
+        let samples = part::<L>(&self.queue, low, high);
         kernel::run(
             &mut self.lanes,
             &self.field,
             &self.centred,
             self.sculling,
-            &self.queue[low..high],
+            samples,
             &holds,
         );
         self.done += count as u64;
@@ -344,6 +360,11 @@ impl<const L: usize> Strapdown<L> {
             e_from_b: mul(&e_from_i, &from_quaternion(q)),
         }
     }
+}
+
+/// The channels from one sample of the queue to another.
+fn part<const L: usize>(queue: &[Vec<f64>; 6], from: usize, to: usize) -> [&[f64]; 6] {
+    queue.each_ref().map(|channel| &channel[from * L..to * L])
 }
 
 #[cfg(test)]

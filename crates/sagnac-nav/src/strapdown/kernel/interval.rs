@@ -6,7 +6,7 @@
 )]
 
 use super::super::weights::Weights;
-use super::{CHUNK, Channels};
+use super::{CHUNK, REACH};
 
 /// What an interval does, whatever the state before it: sin(φ/2)/φ·φ and cos(φ/2) − 1 of its turn, and the velocity and
 /// position it adds in the body axes of its start.
@@ -43,7 +43,7 @@ pub(super) enum Form {
 /// The parts of `count` intervals of length `h`, each from the samples at its index and the following ones `L` apart.
 #[inline(always)]
 pub(super) fn intervals<const L: usize>(
-    samples: &Channels,
+    samples: [&[f64; REACH]; 6],
     form: Form,
     weights: &Weights,
     h: f64,
@@ -61,7 +61,7 @@ pub(super) fn intervals<const L: usize>(
 
 #[inline(always)]
 fn interval_loop<const L: usize, const WIDTH: usize, const CENTRED: bool>(
-    samples: &Channels,
+    samples: [&[f64; REACH]; 6],
     place: usize,
     weights: &Weights,
     h: f64,

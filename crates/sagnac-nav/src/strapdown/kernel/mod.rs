@@ -15,10 +15,12 @@
 
 mod field;
 mod interval;
+mod lane;
 
 use super::weights::Weights;
 pub(super) use field::{Field, gravitation};
 use interval::{Form, Parts, intervals};
+use lane::Lane;
 
 /// Positions, velocities and attitudes of `L` runs, inertial axes.
 #[derive(Debug, Clone)]
@@ -71,7 +73,8 @@ type Channels = [[f64; REACH]; 6];
 /// Three components of every interval in a chunk.
 type Three = [[f64; CHUNK]; 3];
 
-/// Room for a chunk's passes.
+/// Room for a chunk's passes; where vectors begin with the lines of the cache, none lies across two of them.
+#[repr(align(64))]
 struct Room {
     samples: Channels,
     parts: Parts,
@@ -85,6 +88,8 @@ struct Room {
     pull: Three,
     normal: Three,
     height: [f64; CHUNK],
+    /// On the way to the field.
+    way: [[f64; CHUNK]; 2],
 }
 
 impl Room {
@@ -99,6 +104,7 @@ impl Room {
             pull: [[0.0; CHUNK]; 3],
             normal: [[0.0; CHUNK]; 3],
             height: [0.0; CHUNK],
+            way: [[0.0; CHUNK]; 2],
         }
     }
 }
@@ -120,65 +126,96 @@ fn carry<const L: usize, const HELD: bool>(
         return;
     };
     let count = (holds.len().min(STEPS) * L).min(CHUNK);
-    // A number of lanes that the compiler does not know: it unrolls a loop of known length and then finds no vectors in
-    // it, while this one becomes a vector of lanes.
-    let width = if L == 1 { 1 } else { core::hint::black_box(L) };
-    follow_attitude::<L>(lanes, room, count, width);
+    follow_attitude::<L>(lanes, room, count);
     turn(room, count);
-    predict::<L>(lanes, room, count, width, h);
-    for at in 0..count {
-        let (g, n, above) = field.at([room.place[0][at], room.place[1][at], room.place[2][at]]);
-        for i in 0..3 {
-            room.pull[i][at] = g[i];
-            room.normal[i][at] = n[i];
-        }
-        room.height[at] = above;
+    predict::<L>(lanes, room, count, h);
+    if field.is_sphere() {
+        evaluate::<true>(field, room, count);
+    } else {
+        evaluate::<false>(field, room, count);
     }
-    move_on::<L, HELD>(lanes, field.rate, room, holds, width);
+    move_on::<L, HELD>(lanes, field.rate, room, holds);
+}
+
+/// The field at every place, in three loops: each waits for a root, and of a short loop more turns run at once.
+#[inline(always)]
+fn evaluate<const SPHERE: bool>(field: &Field, room: &mut Room, count: usize) {
+    let Room {
+        place,
+        pull,
+        normal,
+        height,
+        way,
+        ..
+    } = room;
+    let count = count.min(CHUNK);
+    let here = |at: usize| [place[0][at], place[1][at], place[2][at]];
+    for at in 0..count {
+        [way[0][at], way[1][at]] = field.slope(here(at));
+    }
+    for at in 0..count {
+        let direction = Field::direction(here(at), [way[0][at], way[1][at]]);
+        [way[0][at], way[1][at]] = direction;
+    }
+    for at in 0..count {
+        let (g, n, above) = field.pull::<SPHERE>(here(at), [way[0][at], way[1][at]]);
+        for i in 0..3 {
+            pull[i][at] = g[i];
+            normal[i][at] = n[i];
+        }
+        height[at] = above;
+    }
+}
+
+/// The first `steps` steps of every component, all lanes of a step together.
+#[inline(always)]
+fn steps_of<const L: usize, const C: usize>(
+    of: &[[f64; CHUNK]; C],
+    steps: usize,
+) -> [&[[f64; L]]; C] {
+    core::array::from_fn(|i| &of[i].as_chunks::<L>().0[..steps])
+}
+
+#[inline(always)]
+fn steps_of_mut<const L: usize, const C: usize>(
+    of: &mut [[f64; CHUNK]; C],
+    steps: usize,
+) -> [&mut [[f64; L]]; C] {
+    of.each_mut()
+        .map(|component| &mut component.as_chunks_mut::<L>().0[..steps])
 }
 
 /// q ← q ⊗ (cos ½φ, sin ½φ) as an increment, step by step, with the rounding carried along; the length of q is mended once
 /// a chunk, in which roundings change it by 1e-15.
 #[inline(always)]
-fn follow_attitude<const L: usize>(
-    lanes: &mut Lanes<L>,
-    room: &mut Room,
-    count: usize,
-    width: usize,
-) {
-    let (mut q, mut rest, mut mend) = (lanes.q, lanes.q_rest, [0.0; L]);
-    let Room {
-        parts, attitude, ..
-    } = room;
-    for l in 0..width.min(L) {
-        mend[l] = 0.5
-            * (1.0
-                - (q[0][l] * q[0][l] + q[1][l] * q[1][l] + q[2][l] * q[2][l] + q[3][l] * q[3][l]));
-    }
-    for at in (0..count.min(CHUNK + 1 - L)).step_by(L) {
-        for l in 0..width.min(L) {
-            let k = at + l;
-            let old = [q[0][l], q[1][l], q[2][l], q[3][l]];
-            let [q0, q1, q2, q3] = old;
-            let (u1, u2, u3) = (parts.turn[0][k], parts.turn[1][k], parts.turn[2][k]);
-            let unit = parts.unit[k] + mend[l];
-            mend[l] = 0.0;
-            let change = [
-                (q0 * unit - q1 * u1) - (q2 * u2 + q3 * u3),
-                (q0 * u1 + q1 * unit) + (q2 * u3 - q3 * u2),
-                (q0 * u2 - q1 * u3) + (q2 * unit + q3 * u1),
-                (q0 * u3 + q1 * u2) - (q2 * u1 - q3 * unit),
-            ];
-            for i in 0..4 {
-                attitude[i][k] = old[i];
-                let wanted = change[i] - rest[i][l];
-                let new = old[i] + wanted;
-                rest[i][l] = (new - old[i]) - wanted;
-                q[i][l] = new;
-            }
+fn follow_attitude<const L: usize>(lanes: &mut Lanes<L>, room: &mut Room, count: usize) {
+    let (mut q, mut rest) = (lanes.q.map(Lane), lanes.q_rest.map(Lane));
+    let steps = count / L;
+    let turn = steps_of::<L, 3>(&room.parts.turn, steps);
+    let [units] = steps_of::<L, 1>(core::array::from_ref(&room.parts.unit), steps);
+    let attitude = steps_of_mut::<L, 4>(&mut room.attitude, steps);
+    let mut mend =
+        Lane::all(0.5) * (Lane::all(1.0) - (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]));
+    for s in 0..steps {
+        let [q0, q1, q2, q3] = q;
+        let (u1, u2, u3) = (Lane(turn[0][s]), Lane(turn[1][s]), Lane(turn[2][s]));
+        let unit = Lane(units[s]) + mend;
+        mend = Lane::all(0.0);
+        let change = [
+            (q0 * unit - q1 * u1) - (q2 * u2 + q3 * u3),
+            (q0 * u1 + q1 * unit) + (q2 * u3 - q3 * u2),
+            (q0 * u2 - q1 * u3) + (q2 * unit + q3 * u1),
+            (q0 * u3 + q1 * u2) - (q2 * u1 - q3 * unit),
+        ];
+        for i in 0..4 {
+            attitude[i][s] = q[i].0;
+            let wanted = change[i] - rest[i];
+            let new = q[i] + wanted;
+            rest[i] = (new - q[i]) - wanted;
+            q[i] = new;
         }
     }
-    (lanes.q, lanes.q_rest) = (q, rest);
+    (lanes.q, lanes.q_rest) = (q.map(|x| x.0), rest.map(|x| x.0));
 }
 
 /// Velocity and position changes of every interval in inertial axes.
@@ -218,33 +255,25 @@ fn turn(room: &mut Room, count: usize) {
 
 /// Where the lanes will be, with gravitation carried on along its gradient.
 #[inline(always)]
-fn predict<const L: usize>(lanes: &Lanes<L>, room: &mut Room, count: usize, width: usize, h: f64) {
-    let (mut r, mut v, mut g) = (lanes.r, lanes.v, lanes.gravitation);
-    let Room {
-        gained,
-        moved,
-        place,
-        ..
-    } = room;
-    let mut step = [[0.0; L]; 3];
-    for l in 0..width.min(L) {
-        // ġ of a point mass: −(g/r)(v − 3 r (r·v)/r²).
-        let inverse = 1.0 / (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
-        let pull = (g[0][l] * r[0][l] + g[1][l] * r[1][l] + g[2][l] * r[2][l]) * inverse;
-        let along = 3.0 * (r[0][l] * v[0][l] + r[1][l] * v[1][l] + r[2][l] * v[2][l]) * inverse;
-        for i in 0..3 {
-            step[i][l] = h * pull * (v[i][l] - along * r[i][l]);
-        }
-    }
+fn predict<const L: usize>(lanes: &Lanes<L>, room: &mut Room, count: usize, h: f64) {
+    let (mut r, mut v) = (lanes.r.map(Lane), lanes.v.map(Lane));
+    let mut g = lanes.gravitation.map(Lane);
+    let steps = count / L;
+    let gained = steps_of::<L, 3>(&room.gained, steps);
+    let moved = steps_of::<L, 3>(&room.moved, steps);
+    let place = steps_of_mut::<L, 3>(&mut room.place, steps);
+    // ġ of a point mass: −(g/r)(v − 3 r (r·v)/r²).
+    let inverse = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).inverse();
+    let pull = (g[0] * r[0] + g[1] * r[1] + g[2] * r[2]) * inverse;
+    let along = 3.0 * (r[0] * v[0] + r[1] * v[1] + r[2] * v[2]) * inverse;
+    let step: [Lane<L>; 3] = core::array::from_fn(|i| h * pull * (v[i] - along * r[i]));
     let (half, sixth) = (0.5 * h, h * h * (1.0 / 6.0));
-    for at in (0..count.min(CHUNK + 1 - L)).step_by(L) {
-        for l in 0..width.min(L) {
-            for i in 0..3 {
-                r[i][l] += h * (v[i][l] + half * g[i][l]) + (sixth * step[i][l] + moved[i][at + l]);
-                v[i][l] += gained[i][at + l] + (h * g[i][l] + half * step[i][l]);
-                g[i][l] += step[i][l];
-                place[i][at + l] = r[i][l];
-            }
+    for s in 0..steps {
+        for i in 0..3 {
+            r[i] = r[i] + (h * (v[i] + half * g[i]) + (sixth * step[i] + Lane(moved[i][s])));
+            v[i] = v[i] + (Lane(gained[i][s]) + (h * g[i] + half * step[i]));
+            g[i] = g[i] + step[i];
+            place[i][s] = r[i].0;
         }
     }
 }
@@ -257,94 +286,80 @@ fn move_on<const L: usize, const HELD: bool>(
     rate: f64,
     room: &Room,
     holds: &[Hold],
-    width: usize,
 ) {
-    let Room {
-        gained,
-        moved,
-        place,
-        pull,
-        normal,
-        height,
-        ..
-    } = room;
-    let (mut r, mut v, mut g, mut baro) = (lanes.r, lanes.v, lanes.gravitation, lanes.baro);
-    let count = (holds.len().min(STEPS) * L).min(CHUNK);
-    for at in (0..count.min(CHUNK + 1 - L)).step_by(L) {
-        let Some(hold) = holds.get(at / L).copied() else {
-            break;
-        };
+    let (mut r, mut v) = (lanes.r.map(Lane), lanes.v.map(Lane));
+    let (mut g, mut baro) = (lanes.gravitation.map(Lane), Lane(lanes.baro[0]));
+    let steps = holds.len().min(CHUNK / L);
+    let gained = steps_of::<L, 3>(&room.gained, steps);
+    let moved = steps_of::<L, 3>(&room.moved, steps);
+    let place = steps_of::<L, 3>(&room.place, steps);
+    let pull = steps_of::<L, 3>(&room.pull, steps);
+    let normal = steps_of::<L, 3>(&room.normal, steps);
+    let [height] = steps_of::<L, 1>(core::array::from_ref(&room.height), steps);
+    for (s, hold) in holds.iter().enumerate().take(steps) {
         let h = hold.dt_s;
         let (half, third, sixth) = (0.5 * h, h * h * (1.0 / 3.0), h * h * (1.0 / 6.0));
-        for l in 0..width.min(L) {
-            let k = at + l;
+        for i in 0..3 {
+            let (begin, end) = (g[i], Lane(pull[i][s]));
+            r[i] = r[i] + (h * v[i] + (third * begin + (sixth * end + Lane(moved[i][s]))));
+            v[i] = v[i] + (Lane(gained[i][s]) + half * (begin + end));
+            g[i] = end;
+        }
+        if HELD {
+            // The vertical channel: e = h̃ − h, climb = n·(v − Ω×r).
+            let n = [Lane(normal[0][s]), Lane(normal[1][s]), Lane(normal[2][s])];
+            let error = (Lane(height[s]) - Lane::all(hold.height_m))
+                + (n[0] * (r[0] - Lane(place[0][s]))
+                    + n[1] * (r[1] - Lane(place[1][s]))
+                    + n[2] * (r[2] - Lane(place[2][s])));
+            let climb = n[0] * (v[0] + rate * r[1]) + n[1] * (v[1] - rate * r[0]) + n[2] * v[2];
+            let dh = hold.height_gain * error;
+            let dc = hold.climb_gain * (climb - Lane::all(hold.climb_m_s))
+                + hold.velocity_per_height * error
+                + hold.dt_s * baro;
+            baro = baro + hold.integral_per_height * error;
             for i in 0..3 {
-                let (begin, end) = (g[i][l], pull[i][k]);
-                r[i][l] += h * v[i][l] + (third * begin + (sixth * end + moved[i][k]));
-                v[i][l] += gained[i][k] + half * (begin + end);
-                g[i][l] = end;
-            }
-            if HELD {
-                // The vertical channel: e = h̃ − h, climb = n·(v − Ω×r).
-                let n = [normal[0][k], normal[1][k], normal[2][k]];
-                let error = (height[k] - hold.height_m)
-                    + (n[0] * (r[0][l] - place[0][k])
-                        + n[1] * (r[1][l] - place[1][k])
-                        + n[2] * (r[2][l] - place[2][k]));
-                let climb = n[0] * (v[0][l] + rate * r[1][l])
-                    + n[1] * (v[1][l] - rate * r[0][l])
-                    + n[2] * v[2][l];
-                let dh = hold.height_gain * error;
-                let dc = hold.climb_gain * (climb - hold.climb_m_s)
-                    + hold.velocity_per_height * error
-                    + hold.dt_s * baro[0][l];
-                baro[0][l] += hold.integral_per_height * error;
-                for i in 0..3 {
-                    r[i][l] -= dh * n[i];
-                    v[i][l] -= dc * n[i];
-                }
+                r[i] = r[i] - dh * n[i];
+                v[i] = v[i] - dc * n[i];
             }
         }
     }
-    (lanes.r, lanes.v, lanes.gravitation, lanes.baro) = (r, v, g, baro);
+    (lanes.r, lanes.v) = (r.map(|x| x.0), v.map(|x| x.0));
+    (lanes.gravitation, lanes.baro) = (g.map(|x| x.0), [baro.0]);
 }
 
-/// One interval with any weights; `window` is oldest first, `place` the interval's sample in it.
+/// One interval with any weights; `window` holds up to five samples by channel, oldest first, `place` is the interval's.
 pub(super) fn edge<const L: usize>(
     lanes: &mut Lanes<L>,
     field: &Field,
     weights: &Weights,
-    window: [&[[f64; L]; 6]; 5],
+    window: [&[f64]; 6],
     place: usize,
     hold: &Hold,
 ) {
     let mut room = Room::new();
-    for (j, sample) in window.iter().enumerate() {
-        spread(sample, j, &mut room.samples);
+    for (to, from) in room.samples.iter_mut().zip(window) {
+        // Where there are fewer than five, the weights of the others are zero.
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = *from;
+        }
     }
     let Room { samples, parts, .. } = &mut room;
+    let [a, b, c, d, e, f] = &*samples;
+    let samples = [a, b, c, d, e, f];
     intervals::<L>(samples, Form::Any(place), weights, hold.dt_s, L, parts);
     carry::<L, true>(lanes, field, &mut room, std::slice::from_ref(hold));
 }
 
-/// Puts a sample at step `j` of the channels.
-#[inline(always)]
-fn spread<const L: usize>(sample: &[[f64; L]; 6], j: usize, to: &mut Channels) {
-    for (channel, values) in to.iter_mut().zip(sample) {
-        if let Some(place) = channel.get_mut(j * L..(j + 1) * L) {
-            place.copy_from_slice(values);
-        }
-    }
-}
-
-/// Every step of a stretch whose windows are complete; `samples` starts with the first window's oldest.
+/// Every step of a stretch whose windows are complete; `samples` by channel, all lanes of a step together, start with the
+/// first window's oldest.
 #[inline(always)]
 fn stretch<const L: usize>(
     lanes: &mut Lanes<L>,
     field: &Field,
     weights: &Weights,
     sculling: super::Sculling,
-    samples: &[[[f64; L]; 6]],
+    samples: [&[f64]; 6],
     holds: &[Hold],
 ) {
     let (form, width) = match sculling {
@@ -363,14 +378,28 @@ fn stretch<const L: usize>(
             .take_while(|hold| hold.dt_s == h)
             .count()
             .max(1);
-        let Some(window) = samples.get(from..from + steps + width - 1) else {
-            return;
-        };
-        for (j, sample) in window.iter().enumerate() {
-            spread(sample, j, &mut room.samples);
+        let Room {
+            samples: spare,
+            parts,
+            ..
+        } = &mut room;
+        let count = (steps + width - 1) * L;
+        let mut window: [&[f64; REACH]; 6] = [&[0.0; REACH]; 6];
+        for ((window, spare), channel) in window.iter_mut().zip(spare).zip(samples) {
+            let Some(rest) = channel.get(from * L..) else {
+                return;
+            };
+            *window = if let Some(whole) = rest.first_chunk() {
+                whole
+            } else {
+                let Some(rest) = rest.get(..count) else {
+                    return;
+                };
+                spare[..count].copy_from_slice(rest);
+                spare
+            };
         }
-        let Room { samples, parts, .. } = &mut room;
-        intervals::<L>(samples, form, weights, h, steps * L, parts);
+        intervals::<L>(window, form, weights, h, steps * L, parts);
         let holds = &holds[from..from + steps];
         if held {
             carry::<L, true>(lanes, field, &mut room, holds);
@@ -388,7 +417,7 @@ pub(super) fn run<const L: usize>(
     field: &Field,
     weights: &Weights,
     sculling: super::Sculling,
-    samples: &[[[f64; L]; 6]],
+    samples: [&[f64]; 6],
     holds: &[Hold],
 ) {
     #[target_feature(enable = "avx512f")]
@@ -397,7 +426,7 @@ pub(super) fn run<const L: usize>(
         field: &Field,
         weights: &Weights,
         sculling: super::Sculling,
-        samples: &[[[f64; L]; 6]],
+        samples: [&[f64]; 6],
         holds: &[Hold],
     ) {
         stretch::<L>(lanes, field, weights, sculling, samples, holds);
@@ -408,7 +437,7 @@ pub(super) fn run<const L: usize>(
         field: &Field,
         weights: &Weights,
         sculling: super::Sculling,
-        samples: &[[[f64; L]; 6]],
+        samples: [&[f64]; 6],
         holds: &[Hold],
     ) {
         stretch::<L>(lanes, field, weights, sculling, samples, holds);
@@ -443,7 +472,7 @@ pub(super) fn run<const L: usize>(
     field: &Field,
     weights: &Weights,
     sculling: super::Sculling,
-    samples: &[[[f64; L]; 6]],
+    samples: [&[f64]; 6],
     holds: &[Hold],
 ) {
     stretch::<L>(lanes, field, weights, sculling, samples, holds);
