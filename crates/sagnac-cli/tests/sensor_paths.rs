@@ -65,6 +65,63 @@ fn rows_of_a_path_without_a_number_are_told() {
     );
 }
 
+/// Replaces a cell of some rows of a CSV file, counted from 1 after the header, by `nan`.
+fn spoil(folder: &Path, from: &str, to: &str, column: &str, rows: &[usize]) {
+    let text = fs::read_to_string(folder.join(from)).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header = lines.next().unwrap();
+    let place = header
+        .split(',')
+        .position(|cell| cell.trim().starts_with(column))
+        .unwrap();
+    let mut out = format!("{header}\n");
+    for (k, line) in lines.enumerate() {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        if rows.contains(&(k + 1)) {
+            cells[place] = "nan";
+        }
+        let _ = writeln!(out, "{}", cells.join(","));
+    }
+    fs::write(folder.join(to), out).unwrap();
+}
+
+#[test]
+fn rows_of_a_recording_without_a_number_are_told() {
+    let folder = folder();
+    let at = folder.path();
+    let make = "simulate catalog:HG9900 --trajectory drive --duration 14s --rate 100Hz --seed 1 --truth truth.csv -o log.csv";
+    said(at, &make.split(' ').collect::<Vec<_>>());
+    spoil(at, "truth.csv", "holes.csv", "latitude", &[600, 601]);
+    spoil(at, "log.csv", "bad.csv", "accel_y", &[1200]);
+    let recording = |log: &str, reference: &str| {
+        let command = [
+            "drift",
+            "catalog:HG9900",
+            "--log",
+            log,
+            "--reference",
+            reference,
+        ];
+        said(at, &command)
+    };
+    let text = recording("bad.csv", "holes.csv");
+    for part in [
+        "2 of 1400 rows of holes.csv are left out, the first is row 600 at 5.99 s, which has no number for the position",
+        "1 of 1400 samples of bad.csv is left out, row 1200 at 11.99 s, where a value is not a finite number",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    let go = |reference, to| ["strapdown", "log.csv", "--reference", reference, "-o", to];
+    let text = said(at, &go("holes.csv", "a.csv"));
+    assert!(
+        text.contains("warning: 2 of 1400 rows of holes.csv are left out, the first is row 600"),
+        "{text}"
+    );
+    // Whole files say nothing.
+    let text = recording("log.csv", "truth.csv") + &said(at, &go("truth.csv", "b.csv"));
+    assert!(!text.contains("left out"), "{text}");
+}
+
 #[test]
 fn trajectories_beyond_what_holds_are_refused_or_warned_of() {
     let folder = folder();

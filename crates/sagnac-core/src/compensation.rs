@@ -118,7 +118,9 @@ pub(crate) struct Lanes<'a, T, const N: usize> {
     pub(crate) temperature_c: &'a [T; N],
 }
 
-/// Where N samples are worked; its `gyro.solution`, `force` and `flags` are the results.
+/// Where N samples are worked; its `gyro.solution`, `force` and `flags` are the results. Its vectors
+/// begin with the lines of the cache.
+#[repr(align(64))]
 pub(crate) struct Work<T, const N: usize> {
     gyro: Prepared<T, N>,
     accel: Prepared<T, N>,

@@ -265,9 +265,8 @@ impl AxisGenerator {
                 rest += FRAME;
             }
         }
-        let mut samples = [0.0; FRAME];
         for piece in out[rest..].chunks_mut(FRAME) {
-            let samples = &mut samples[..piece.len()];
+            let samples = &mut [0.0; FRAME][..piece.len()];
             self.fill(samples, None);
             for (to, sample) in piece.iter_mut().zip(samples) {
                 *to += *sample;

@@ -2,6 +2,7 @@
 //!
 //! The mean of white noise over dt has the standard deviation N/√dt, never N, never N·√dt.
 
+use crate::dispatch::dispatch;
 use crate::frame::{Frame, Generator, Scratch};
 use crate::stream::{Purpose, Stream, StreamKey};
 
@@ -51,8 +52,17 @@ impl WhiteGenerator {
 impl Generator for WhiteGenerator {
     fn add_frame(&mut self, frame: &mut Frame, scratch: &mut Scratch) {
         scratch.next_normals(&mut self.stream);
-        for (sample, normal) in frame.iter_mut().zip(&scratch.normals) {
-            *sample += self.sigma * normal;
-        }
+        add_scaled(self.sigma, &scratch.normals, frame);
     }
+}
+
+#[inline(always)]
+fn add_scaled_body(sigma: f64, normals: &Frame, frame: &mut Frame) {
+    for (sample, normal) in frame.iter_mut().zip(normals) {
+        *sample += sigma * normal;
+    }
+}
+
+dispatch! {
+    fn add_scaled(sigma: f64, normals: &Frame, frame: &mut Frame) = add_scaled_body;
 }

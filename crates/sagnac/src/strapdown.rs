@@ -13,7 +13,7 @@ use sagnac_report::text::{Document, Style, duration, group_thousands, significan
 use serde_json::{Value, json};
 
 use crate::Error;
-use crate::path::{path, velocities};
+use crate::path::{path_with_gaps, velocities};
 
 /// What to integrate.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +53,8 @@ pub struct StrapdownOutcome {
     pub files: Vec<String>,
     /// Gaps that were bridged.
     pub gaps: usize,
+    /// The sentence on rows of the reference that are left out, if any.
+    pub left_out: Option<String>,
 }
 
 const NAMES: [(&str, &str); 13] = [
@@ -126,7 +128,7 @@ pub fn strapdown(
             })?);
         }
     }
-    let mut data = path(request.reference, request.reference_label)?;
+    let (mut data, left_out) = path_with_gaps(request.reference, request.reference_label)?;
     if data.attitude == PathAttitude::Coordinated {
         return Err(Error::data("the reference has no attitude")
             .at(request.reference_label.to_owned())
@@ -245,6 +247,7 @@ pub fn strapdown(
         has_stated_velocity: stated.is_some(),
         files: Vec::new(),
         gaps,
+        left_out: left_out.map(|rows| rows.sentence(request.reference_label)),
     })
 }
 

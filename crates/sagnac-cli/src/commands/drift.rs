@@ -224,6 +224,9 @@ fn on_recording(
         start: args.run.start.start()?,
         earth: args.run.start.earth(),
     })?;
+    for warning in &outcome.warnings {
+        context.warn(warning);
+    }
     context.show(|| outcome.document(), || outcome.to_json())?;
     let mut outputs = Vec::new();
     if let Some(mut out) = picture {

@@ -73,6 +73,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     for note in writer.finish()? {
         context.note(&note);
     }
+    if let Some(sentence) = &outcome.left_out {
+        context.warn(sentence);
+    }
     if outcome.gaps > 0 {
         context.warn(&format!(
             "{} gaps were bridged with the sample after them",

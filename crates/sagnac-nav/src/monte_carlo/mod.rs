@@ -21,7 +21,7 @@ use crate::trajectory::Trajectory;
 use rayon::prelude::*;
 use sagnac_core::Compensation;
 use start::aligned;
-use truth::segment;
+use truth::{Channels, segment};
 use unit::{BLOCK, EMPTY, Rows, Scratch, Unit, cholesky};
 
 /// Runs stepped together.
@@ -106,8 +106,12 @@ impl MonteCarloDrift {
     }
 }
 
+/// Corrected output of a lane, its vectors beginning with the lines of the cache.
+#[derive(Clone)]
+#[repr(align(64))]
+struct LaneRows(Rows);
+
 struct Group {
-    first_run: usize,
     units: Vec<Unit>,
     nav: Strapdown<LANES>,
     found: Vec<[State; LANES]>,
@@ -115,7 +119,52 @@ struct Group {
     invalid: u64,
     scratch: Box<Scratch>,
     /// Corrected output of every lane.
-    rows: Vec<Rows>,
+    rows: Vec<LaneRows>,
+    /// Lanes that are runs of the request.
+    used: usize,
+}
+
+impl Group {
+    /// Steps all lanes over a segment of the truth.
+    fn run(
+        &mut self,
+        truth: &Channels,
+        count: usize,
+        correct: Option<&Compensation<f64>>,
+        dt_s: f64,
+        last: bool,
+        steps: &[u64],
+    ) {
+        let mut from = 0;
+        while from < count {
+            let n = BLOCK.min(count - from);
+            let lanes = self.units.iter_mut().zip(self.rows.iter_mut());
+            for (lane, (unit, rows)) in lanes.enumerate() {
+                let (clipped, invalid) = unit.block(
+                    truth,
+                    from,
+                    n,
+                    correct,
+                    dt_s,
+                    false,
+                    &mut self.scratch,
+                    &mut rows.0,
+                );
+                if lane < self.used {
+                    self.clipped += clipped;
+                    self.invalid += invalid;
+                }
+            }
+            let vertical = &truth.vertical[from..from + n];
+            let rows = std::array::from_fn(|lane| &self.rows[lane].0);
+            self.nav.feed_rows(dt_s, rows, vertical);
+            from += n;
+            let found = &mut self.found;
+            follow(&mut self.nav, steps, last && from == count, &mut |nav| {
+                found.push(std::array::from_fn(|l| nav.state(l)));
+            });
+        }
+    }
 }
 
 /// Runs the Monte Carlo; `progress` hears how many of how many samples of the trajectory are done.
@@ -181,14 +230,14 @@ pub fn monte_carlo(
                 units.push(unit);
             }
             Ok(Group {
-                first_run: g * LANES,
+                used: (request.runs as usize - g * LANES).min(LANES),
                 units,
                 nav: Strapdown::new(earth, request.sculling, setting.vertical, initial),
                 found: Vec::new(),
                 clipped: 0,
                 invalid: 0,
                 scratch,
-                rows: vec![EMPTY; LANES],
+                rows: vec![LaneRows(EMPTY); LANES],
             })
         })
         .collect::<Result<_, Error>>()?;
@@ -199,63 +248,40 @@ pub fn monte_carlo(
     let mut reference_found: Vec<State> = Vec::new();
 
     let mut done = 0u64;
+    let part = |done: u64| (total - done).min(SEGMENT as u64) as usize;
+    let mut truth = segment(request.trajectory, dt, 0, part(0), temperature);
     while done < total {
-        let count = (total - done).min(SEGMENT as u64) as usize;
-        let truth = segment(request.trajectory, dt, done, count, temperature);
-        for i in 0..count {
-            reference.feed(
-                dt,
-                &std::array::from_fn(|c| {
-                    [if c < 3 {
-                        truth.rate[c][i]
-                    } else {
-                        truth.force[c - 3][i]
-                    }]
-                }),
-                truth.vertical[i],
-            );
-        }
+        let count = part(done);
         done += count as u64;
         let last = done == total;
-        follow(&mut reference, &steps, last, &mut |nav| {
-            reference_found.push(nav.state(0));
-        });
-        groups.par_iter_mut().for_each(|group| {
-            let mut from = 0;
-            while from < count {
-                let n = BLOCK.min(count - from);
-                for (lane, (unit, rows)) in group
-                    .units
-                    .iter_mut()
-                    .zip(group.rows.iter_mut())
-                    .enumerate()
-                {
-                    let correct = correct.as_ref();
-                    let (clipped, invalid) = unit.block(
-                        &truth,
-                        from,
-                        n,
-                        correct,
-                        dt,
-                        false,
-                        &mut group.scratch,
-                        rows,
-                    );
-                    if group.first_run + lane < request.runs as usize {
-                        group.clipped += clipped;
-                        group.invalid += invalid;
-                    }
-                }
-                group
-                    .nav
-                    .feed_rows(dt, &group.rows, &truth.vertical[from..from + n]);
-                from += n;
-                let found = &mut group.found;
-                follow(&mut group.nav, &steps, last && from == count, &mut |nav| {
-                    found.push(std::array::from_fn(|l| nav.state(l)));
+        // Beside the groups of this segment: the run without errors, and the truth of the next.
+        let ((), next) = rayon::join(
+            || {
+                groups.par_iter_mut().with_max_len(1).for_each(|group| {
+                    group.run(&truth, count, correct.as_ref(), dt, last, &steps);
                 });
-            }
-        });
+            },
+            || {
+                for i in 0..count {
+                    reference.feed(
+                        dt,
+                        &std::array::from_fn(|c| {
+                            [if c < 3 {
+                                truth.rate[c][i]
+                            } else {
+                                truth.force[c - 3][i]
+                            }]
+                        }),
+                        truth.vertical[i],
+                    );
+                }
+                follow(&mut reference, &steps, last, &mut |nav| {
+                    reference_found.push(nav.state(0));
+                });
+                segment(request.trajectory, dt, done, part(done), temperature)
+            },
+        );
+        truth = next;
         progress(done, total);
     }
     let errors = (0..steps.len())

@@ -198,12 +198,9 @@ impl<const L: usize> Strapdown<L> {
     pub(crate) fn feed_rows<const N: usize>(
         &mut self,
         dt_s: f64,
-        rows: &[[[f64; N]; 6]],
+        rows: [&[[f64; N]; 6]; L],
         truth: &[[f64; 2]],
     ) {
-        let Ok(rows) = <&[[[f64; N]; 6]; L]>::try_from(rows) else {
-            return;
-        };
         let count = truth.len().min(N);
         self.forget();
         for (c, channel) in self.queue.iter_mut().enumerate() {

@@ -9,10 +9,11 @@ use sagnac_nav::sensor::Calibration;
 use sagnac_nav::strapdown::{Sculling, State, Strapdown, Vertical};
 use sagnac_nav::trajectory::{PathAttitude, PathData, PathPosition};
 use sagnac_nav::{Earth, Start, Trajectory};
+use sagnac_report::text::{general, group_thousands};
 
 use crate::Error;
 use crate::motion::sensor_errors;
-use crate::path::path;
+use crate::path::path_with_gaps;
 
 /// Horizons, s.
 const HORIZONS_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0];
@@ -56,6 +57,8 @@ pub struct RecordingOutcome {
     pub corrected_m: Vec<Option<f64>>,
     /// As the covariance predicts.
     pub predicted_m: Vec<Option<f64>>,
+    /// Rows of either file that are left out, and where.
+    pub warnings: Vec<String>,
 }
 
 /// One sample of the log.
@@ -77,7 +80,11 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
         (Some(r), Some(l)) => r.since(l),
         _ => 0.0,
     };
-    let mut data = path(request.reference, request.reference_label)?;
+    let (mut data, left_out) = path_with_gaps(request.reference, request.reference_label)?;
+    let mut warnings: Vec<String> = left_out
+        .map(|rows| rows.sentence(request.reference_label))
+        .into_iter()
+        .collect();
     if data.attitude == PathAttitude::Coordinated {
         return Err(Error::data("the reference has no attitude")
             .at(request.reference_label.to_owned())
@@ -94,7 +101,7 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
         &data,
     )
     .map_err(|e| Error::from(e).at(request.reference_label.to_owned()))?;
-    let samples = samples(request, dt)?;
+    let samples = samples(request, dt, &mut warnings)?;
     let (Some(first), Some(last)) = (
         samples.first().map(|s| s.time_s),
         samples.last().map(|s| s.time_s),
@@ -154,10 +161,15 @@ pub fn recording(request: &RecordingRequest<'_>) -> Result<RecordingOutcome, Err
             .map(|h| mean(h, predicted[h]))
             .collect(),
         starts: counts,
+        warnings,
     })
 }
 
-fn samples(request: &RecordingRequest<'_>, dt: f64) -> Result<Vec<Sample>, Error> {
+fn samples(
+    request: &RecordingRequest<'_>,
+    dt: f64,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Sample>, Error> {
     let log = request.log;
     let correct = Compensation::new(&sensor_errors(request.model)?.model, dt)
         .map_err(|e| Error::data(e.to_string()).at(request.model.label().to_owned()))?;
@@ -188,10 +200,12 @@ fn samples(request: &RecordingRequest<'_>, dt: f64) -> Result<Vec<Sample>, Error
             (c[b] - c[a]) / (time[b] - time[a])
         }
     };
-    Ok((0..log.rows)
+    let mut left_out = Vec::new();
+    let samples: Vec<Sample> = (0..log.rows)
         .filter_map(|k| {
             let raw: [f64; 6] = std::array::from_fn(|c| channels[c][k]);
             if !raw.iter().all(|x| x.is_finite()) {
+                left_out.push(k);
                 return None;
             }
             let reading = Reading {
@@ -208,7 +222,24 @@ fn samples(request: &RecordingRequest<'_>, dt: f64) -> Result<Vec<Sample>, Error
                 corrected,
             })
         })
-        .collect())
+        .collect();
+    if let Some(&first) = left_out.first() {
+        let count = |n: usize| group_thousands(&n.to_string());
+        warnings.push(format!(
+            "{} of {} samples of {} {} row {} at {} s, where a value is not a finite number: a start across a gap above \
+             {LARGEST_GAP_S} s does not count",
+            count(left_out.len()),
+            count(log.rows),
+            request.log_label,
+            match left_out.len() {
+                1 => "is left out,",
+                _ => "are left out, the first is",
+            },
+            count(first + 1),
+            general(time[first], 9),
+        ));
+    }
+    Ok(samples)
 }
 
 /// Whether neither file has a gap near both ends, and the log none in between.
