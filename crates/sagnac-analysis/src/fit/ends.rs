@@ -39,8 +39,6 @@ struct Removal {
     change: Change,
     /// Mean leverage of a coefficient in each run.
     leverage: Vec<(Range<usize>, f64)>,
-    /// Σ a²/S of the end that is known best.
-    information: f64,
     /// How many standard errors the columns moved, at most.
     moved: f64,
 }
@@ -131,7 +129,12 @@ pub(super) fn take_out(
 /// Whether the ends stand over the noise of the fit.
 fn is_dominant(work: &Work, parameters: &Parameters) -> bool {
     (0..work.segments.len()).any(|s| {
-        parameters[Q] * ends(work, s, &levels(work, parameters, s)).information >= DOMINANT
+        let n = work.segments[s].n;
+        let squares = levels(work, parameters, s).into_iter().map(|(run, level)| {
+            // Every second coefficient belongs to one column.
+            0.5 * run.len() as f64 * shape(usize::midpoint(run.start, run.end), n).powi(2) / level
+        });
+        parameters[Q] * squares.sum::<f64>() >= DOMINANT
     })
 }
 
@@ -188,7 +191,6 @@ fn ends(work: &Work, s: usize, levels: &[Level]) -> Removal {
     let mut out = Removal {
         change: Change::Ends([0.0; 2]),
         leverage: Vec::with_capacity(levels.len()),
-        information: information[0].max(information[1]),
         moved: 0.0,
     };
     let mut amplitude = [0.0; 2];
@@ -282,7 +284,6 @@ fn columns(
     Some(Removal {
         change: Change::Coefficients(dct2(&impulses, 0.0, planner)),
         leverage,
-        information: m[0],
         moved: (errors.max(0.0) / p as f64).sqrt(),
     })
 }

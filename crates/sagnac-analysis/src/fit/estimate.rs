@@ -16,8 +16,8 @@ use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
 use super::lines::{self, Line};
 use super::profile;
 use super::results::{
-    Units, coefficients_below_corner, describe, gauss_markov_estimates, interval, limit,
-    named_covariance, ramp, sinusoids, spectrum_bins, weak_interval, widened,
+    Units, beside_flicker, coefficients_below_corner, describe, gauss_markov_estimates, interval,
+    limit, named_covariance, ramp, sinusoids, spectrum_bins, weak_interval, widened,
 };
 use super::select;
 use super::types::{
@@ -506,6 +506,11 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
                 units.root(k, v)
             });
             let own = with_either(weak_interval(&problem, &tests, &free, k, own, &units), k);
+            let own = if k == N {
+                beside_flicker(&problem, &tests, &best, &free, own, &units)
+            } else {
+                own
+            };
             if k == Q {
                 cumulant::narrowed(own, quantization)
             } else {

@@ -18,6 +18,9 @@ use super::types::{
 /// Likelihood ratio below which a detected B or K is weak: its interval allows for an undetected other.
 const WEAK_RATIO: f64 = 20.0;
 
+/// Growth of the variance of N by a term beside it from which its interval allows for the term.
+const MATTERS: f64 = 1.1;
+
 /// Scales from the fit's units to SI.
 pub(super) struct Units {
     scale: f64,
@@ -163,6 +166,35 @@ pub(super) fn weak_interval(
         lower: own.lower.map(|l| l.min(lower)),
         upper: own.upper.map(|u| u.max(upper)),
         ..own
+    }
+}
+
+/// The interval of N, wide enough for flicker that is possible but was taken as zero, where that makes N less certain.
+pub(super) fn beside_flicker(
+    problem: &Problem,
+    tests: &Tests,
+    best: &Solution,
+    free: &Free,
+    own: Estimate,
+    units: &Units,
+) -> Estimate {
+    let Some(with) = tests.with_possible_flicker(free) else {
+        return own;
+    };
+    let mut start = best.clone();
+    start.parameters[B] = tests.full.parameters[B];
+    let fit = problem.fit(&start.parameters, &with);
+    let spread = |solution: &Solution, free: &Free| {
+        let (indices, m) = profile::covariance(problem, solution, free)?;
+        let place = indices.iter().position(|&i| i == N)?;
+        Some(m[place * indices.len() + place])
+    };
+    match (spread(&fit, &with), spread(best, free)) {
+        (Some(wide), Some(narrow)) if wide > MATTERS * narrow && fit.parameters[B] > 0.0 => {
+            let other = interval(problem, &fit, &with, N, None, |v| units.root(N, v));
+            widened(own, &other)
+        }
+        _ => own,
     }
 }
 
