@@ -284,3 +284,22 @@ pub(super) fn own(unit: &RecordUnit) -> String {
         RecordUnit::Label(text) => text.clone(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use crate::response::{ResponseRequest, response};
+
+    #[test]
+    fn readings_on_a_line_have_an_interval_of_zero() {
+        let table = "reference [deg/s],output [V]\n-10,-2\n0,0\n10,2\n0,0\n-10,-2\n10,2\n";
+        let request = ResponseRequest {
+            table: table.into(),
+            label: "bench.csv".into(),
+            ..ResponseRequest::default()
+        };
+        let (text, _) = response(&request).unwrap().sensitivity_text();
+        assert!(text.interval.contains('±'), "{text:?}");
+    }
+}

@@ -64,8 +64,7 @@ impl MultiPositionOutcome {
             ),
             not_determined: Rich::from(format!(
                 "{} Cross-axis response cannot be told from misalignment; the numbers above are their sum. No \
-                 hand-turned log tells the Earth's rate, temperature, nonlinearity, axis offset, nor the absolute \
-                 scale beyond the gravity that was assumed.",
+                 hand-turned log tells the Earth's rate, nor the absolute scale beyond the gravity that was assumed.",
                 page_words(&self.not_determined())
             )),
             fits: fit_rows(&found.fits),

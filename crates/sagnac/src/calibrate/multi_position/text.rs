@@ -117,14 +117,7 @@ impl MultiPositionOutcome {
             })
             .collect();
         if !scaled.is_empty() {
-            out.push_str(&match scaled.as_slice() {
-                [one] => format!(" The {one} scatters more than its noise says"),
-                all => format!(
-                    " The {} scatter more than their noise says",
-                    all.join(" and the ")
-                ),
-            });
-            out.push_str(": the intervals are widened.");
+            out.push_str(&scatter(&scaled));
         }
         out
     }
@@ -311,4 +304,25 @@ fn names<'a>(all: impl Iterator<Item = &'a str>) -> String {
         }
     }
     out.join(", ")
+}
+
+/// That sensors scatter more than their noise says.
+fn scatter(sensors: &[&str]) -> String {
+    let who = match sensors {
+        [one] => format!("{one} scatters more than its"),
+        all => format!("{} scatter more than their", all.join(" and the ")),
+    };
+    format!(" The {who} noise says: the intervals are widened.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scatter;
+
+    #[test]
+    fn one_sensor_scatters_and_two_scatter() {
+        assert!(scatter(&["gyro"]).contains("The gyro scatters more than its noise"));
+        let both = scatter(&["accelerometer", "gyro"]);
+        assert!(both.contains("The accelerometer and the gyro scatter more than their noise"));
+    }
 }
