@@ -57,6 +57,7 @@ def main():
         inside, total, sigmas, squares = {}, {}, {}, {}
         refused, scaled, wrong = [], {"accel": 0, "gyro": 0}, {}
         drift = earth = 0
+        walks = []
         with ThreadPoolExecutor(2) as pool:
             seeds = range(arguments.seed, arguments.seed + arguments.sets)
             for seed, result, error, truth in pool.map(lambda s: one(arguments.program, s, settings), seeds):
@@ -75,10 +76,16 @@ def main():
                     scaled[fit["axis"]] += fit["scaled"]
                 wrong[len(result["poses"])] = wrong.get(len(result["poses"]), 0) + 1
                 drift += any(result["gyro_drift"]["rate_random_walk"]) if result["gyro_drift"] else 0
+                if "walk" in settings:
+                    drawn = result["gyro_drift"]
+                    walks += [low <= settings["walk"] <= high for rate, (low, high)
+                              in zip(drawn["rate_random_walk"], drawn["interval"]) if rate]
                 earth += result["gyro_drift"]["earth_rate_counted"] if result["gyro_drift"] else 0
         print(f"{case}: {settings}, {arguments.sets} sets, seeds from {arguments.seed}; refused {len(refused)} {refused[:2]}")
         print(f"  widened accel {scaled['accel']}, gyro {scaled['gyro']}; drift seen {drift}, Earth counted {earth}; "
               f"poses {dict(sorted(wrong.items()))}")
+        if walks:
+            print(f"  the walk is in {100 * np.mean(walks):.1f} % of its {len(walks)} intervals")
         for k in sorted(total, key=lambda k: ("." not in k, k)):
             print(f"  {k:24} {100 * inside[k] / total[k]:5.1f} % of {total[k]:5}   median sigma {np.median(sigmas[k]):.2e}"
                   f"   rms of error/sigma {np.sqrt(np.mean(squares[k])):.2f}")
