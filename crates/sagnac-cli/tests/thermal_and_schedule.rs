@@ -190,6 +190,49 @@ fn zero_degrees_have_no_sign() {
     );
 }
 
+#[test]
+fn the_page_is_a_certificate_with_both_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = sweep(12, |_, _| ([0.0; 3], UP));
+    let output = run(
+        folder.path(),
+        &[("t.csv", &text)],
+        &[
+            "calibrate",
+            "thermal",
+            "t.csv",
+            "--up",
+            "+z",
+            "--item",
+            "IMU <7>",
+            "--customer",
+            "Laboratory",
+            "--certificate",
+            "T-1",
+            "--report",
+            "r.html",
+        ],
+    );
+    assert!(output.status.success(), "{output:?}");
+    let page = std::fs::read_to_string(folder.path().join("r.html")).unwrap();
+    for wanted in [
+        "IMU &lt;7&gt;",
+        "Laboratory",
+        "No. T-1",
+        "k = 2",
+        "name=\"units\" value=\"si\"",
+        "<tr data-sensor=\"gyro\" data-term=\"bias\">",
+        "<tr data-sensor=\"accel\" data-term=\"bias.temperature.1\">",
+        "data-plot=\"calibration-before\"",
+        "data-plot=\"calibration-after\"",
+        "Bias at −20 °C",
+    ] {
+        assert!(page.contains(wanted), "{wanted}");
+    }
+    let residuals = page.matches("data-plot=\"calibration-residuals\"").count();
+    assert_eq!(residuals, 6);
+}
+
 const OTHER: &str = "schema = 1\nname = \"faces\"\n[gyro.bias]\nfixed = { value = [\"0 rad/s\", \"0 rad/s\", \"0 rad/s\"], \
     sigma = [\"1 rad/s\", \"1 rad/s\", \"1 rad/s\"] }\n[gyro.scale_factor]\nfixed = { value = [\"10 ppm\", \"20 ppm\", \
     \"30 ppm\"], sigma = [\"1 ppm\", \"1 ppm\", \"1 ppm\"] }\n";

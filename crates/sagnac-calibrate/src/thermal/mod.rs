@@ -189,6 +189,8 @@ pub struct Curve {
     pub temperature_c: Vec<f64>,
     /// Values, SI.
     pub value: Vec<f64>,
+    /// Standard deviations.
+    pub sigma: Vec<f64>,
     /// Lower 95 % limits.
     pub lower: Vec<f64>,
     /// Upper 95 % limits.
@@ -207,8 +209,25 @@ pub struct Curve {
     pub residual_rms_single: f64,
     /// Correlation of neighbouring bins.
     pub correlation: f64,
-    /// Means of the bins: temperature, output less known force, +1 heating or −1 cooling.
-    pub bins: Vec<[f64; 3]>,
+    /// Means of the bins of every branch.
+    pub bins: Vec<BinMean>,
+}
+
+/// What the samples of one bin of one branch say of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BinMean {
+    /// Number of the branch; the same number is the same branch of the same log.
+    pub branch: usize,
+    /// Whether it heats.
+    pub is_heating: bool,
+    /// Mean temperature \[°C\].
+    pub temperature_c: f64,
+    /// Mean output less known force, SI.
+    pub value: f64,
+    /// The same less b + ½ s h.
+    pub residual: f64,
+    /// The same less b alone, which is what a correction leaves.
+    pub residual_single: f64,
 }
 
 /// A spline of a triad as the model holds it.

@@ -7,7 +7,8 @@ use super::branches::Branch;
 use super::fit::{self, Basis, Design, Point, Solution};
 use super::walk;
 use super::{
-    Axis, Curve, Error, Hysteresis, Kind, Options, Outcome, Parameter, Sweep, TriadSpline, channel,
+    Axis, BinMean, Curve, Error, Hysteresis, Kind, Options, Outcome, Parameter, Sweep, TriadSpline,
+    channel,
 };
 use crate::interval::student_975;
 use crate::stations::terms::AXES;
@@ -160,10 +161,12 @@ fn curve(
         .map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
         .collect();
     let design = banded.design;
-    let (mut value, mut lower, mut upper) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut value, mut sigmas) = (Vec::new(), Vec::new());
+    let (mut lower, mut upper) = (Vec::new(), Vec::new());
     for t in &temperature_c {
         let (v, sigma) = banded.value(first, &design.basis.row(*t));
         value.push(v);
+        sigmas.push(sigma);
         lower.push(v - banded.quantile * sigma);
         upper.push(v + banded.quantile * sigma);
     }
@@ -201,6 +204,7 @@ fn curve(
         order,
         temperature_c,
         value,
+        sigma: sigmas,
         lower,
         upper,
         heating_minus_cooling: difference,
@@ -210,11 +214,25 @@ fn curve(
         residual_rms,
         residual_rms_single,
         correlation,
-        bins: axis
-            .points
-            .iter()
-            .map(|p| [p.temperature_c, p.value, p.sign])
-            .collect(),
+        bins: axis.points.iter().map(|p| bin_mean(banded, p)).collect(),
+    }
+}
+
+fn bin_mean(banded: &Banded, p: &Point) -> BinMean {
+    let row = banded.design.row(p.temperature_c, p.sign, p.force);
+    let parts = banded.design.parts();
+    let sum = |range: std::ops::Range<usize>| -> f64 {
+        range.map(|j| row[j] * banded.fit.values[j]).sum()
+    };
+    let hysteresis = sum(parts[0]..parts[0] + parts[1]);
+    let residual = p.value - sum(0..row.len());
+    BinMean {
+        branch: p.branch,
+        is_heating: p.sign > 0.0,
+        temperature_c: p.temperature_c,
+        value: p.value,
+        residual,
+        residual_single: residual + hysteresis,
     }
 }
 

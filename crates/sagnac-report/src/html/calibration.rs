@@ -1,9 +1,9 @@
-//! The pages of `calibrate`: the certificate that a laboratory files, and the report of other methods.
+//! The page of `calibrate`: the certificate that a laboratory files, with an annex.
 
 use core::fmt::Write as _;
 
 use super::results::{ResultTable, switch};
-use super::{Block, HtmlCell, HtmlTable, Input, Page, Rich, Section};
+use super::{Block, HtmlCell, HtmlTable, Input, Rich, Section};
 use crate::plots::{CorrelationMap, Figure, Histogram, PoseSphere, StationResiduals};
 use crate::svg::{PLOT_CSS, TOKENS, escape};
 
@@ -65,6 +65,8 @@ pub struct CertificatePage {
     pub statement: Rich,
     /// On a second sheet: goodness of fit by axis, axis, χ², degrees of freedom, p.
     pub fits: Vec<[String; 4]>,
+    /// On a second sheet: coefficients of the model.
+    pub coefficients: Vec<ResultTable>,
     /// Heading of the panels on the second sheet: `output against temperature`; empty: further residuals.
     pub heading: String,
     /// On a second sheet: curves and further residuals, each as wide as the page.
@@ -176,6 +178,7 @@ impl CertificatePage {
             || !self.hints.is_empty()
             || !self.wide.is_empty()
             || !self.panels.is_empty()
+            || !self.coefficients.is_empty()
     }
 
     fn panels_heading(&self) -> String {
@@ -202,6 +205,13 @@ impl CertificatePage {
             }
             sections
                 .push(Section::new("fit", "Annex: goodness of fit", "").with(Block::Table(table)));
+        }
+        if !self.coefficients.is_empty() {
+            let mut section = Section::new("coefficients", "Annex: coefficients of the model", "");
+            for table in &self.coefficients {
+                section = section.with(Block::Raw(table.html("coefficients")));
+            }
+            sections.push(section);
         }
         if !self.wide.is_empty() || !self.panels.is_empty() {
             let mut section = Section::new("curves", &self.panels_heading(), "");
@@ -289,111 +299,6 @@ impl CertificatePage {
                 .with(Block::Paragraph(statement)),
         );
         sections
-    }
-}
-
-/// The report of `calibrate`: parameters, residuals, before and after, poses, correlations.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct CalibrationPage {
-    /// The heading: what was calibrated.
-    pub name: String,
-    /// Line below it.
-    pub subtitle: String,
-    /// The verdict in one to three sentences.
-    pub verdict: Rich,
-    /// Facts in short.
-    pub facts: Vec<(String, String)>,
-    /// Results, one table a sensor; intervals are 95 %.
-    pub results: Vec<ResultTable>,
-    /// What is said below the results.
-    pub result_note: Rich,
-    /// Residuals of every station or pose, one a sensor.
-    pub residuals: Vec<StationResiduals>,
-    /// Histograms before and after.
-    pub before_after: Vec<Histogram>,
-    /// Poses on the sphere.
-    pub poses: Option<PoseSphere>,
-    /// Correlations.
-    pub correlation: Option<CorrelationMap>,
-    /// Further figures (temperature curves), each a panel.
-    pub figures: Vec<Figure>,
-    /// What was not determined and what to add.
-    pub limits: Vec<Rich>,
-    /// How it was computed.
-    pub method: Rich,
-    /// The command as it was typed.
-    pub command: String,
-    /// Version of the program.
-    pub version: String,
-    /// Inputs with their hashes.
-    pub inputs: Vec<Input>,
-}
-
-impl CalibrationPage {
-    /// The page as one file of HTML.
-    pub fn html(&self) -> String {
-        let mut parameters = Section::new("parameters", "Parameters", "");
-        parameters = parameters.with(Block::Raw(switch(&self.results)));
-        for table in &self.results {
-            parameters = parameters.with(Block::Raw(table.html("parameters")));
-        }
-        if !self.result_note.is_empty() {
-            parameters = parameters.with(Block::Small(self.result_note.clone()));
-        }
-        let mut sections = vec![parameters];
-        if !self.figures.is_empty() {
-            sections.push(
-                Section::new("curves", "Against temperature", "")
-                    .with(Block::Panels(self.figures.clone())),
-            );
-        }
-        if !self.residuals.is_empty() || !self.before_after.is_empty() {
-            let mut section = Section::new("residuals", "Residuals", "");
-            for r in &self.residuals {
-                section = section.with(Block::Wide(r.figure()));
-            }
-            let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
-            sections.push(section.with(Block::Panels(histograms)));
-        }
-        if let Some(poses) = &self.poses {
-            sections
-                .push(Section::new("poses", "Poses", "").with(Block::Panels(vec![poses.figure()])));
-        }
-        if let Some(map) = &self.correlation {
-            sections.push(
-                Section::new("correlation", "What is tied to what", "")
-                    .with(Block::Plots(vec![(super::Breadth::Middle, map.figure())])),
-            );
-        }
-        if !self.limits.is_empty() {
-            sections.push(
-                Section::new("limits", "What was not determined", "")
-                    .with(Block::List(self.limits.clone())),
-            );
-        }
-        let mut method = Section::new("method", "How it was computed", "")
-            .with(Block::Small(self.method.clone()))
-            .with(Block::Code(self.command.clone()));
-        for input in &self.inputs {
-            method = method
-                .with(Block::Small(
-                    Rich::new().plain(format!("Input {}, SHA-256", input.name)),
-                ))
-                .with(Block::Hash(input.sha256.clone()));
-        }
-        sections.push(method);
-        Page {
-            title: format!("{}: calibration — sagnac", self.name),
-            command: "calibrate".to_owned(),
-            version: self.version.clone(),
-            heading: self.name.clone(),
-            subtitle: self.subtitle.clone(),
-            verdict: self.verdict.clone(),
-            facts: self.facts.clone(),
-            sections,
-            footer: String::new(),
-        }
-        .html()
     }
 }
 

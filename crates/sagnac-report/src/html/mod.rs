@@ -10,7 +10,7 @@ mod rich;
 mod table;
 mod views;
 
-pub use calibration::{CalibrationPage, CertificatePage, Reference};
+pub use calibration::{CertificatePage, Reference};
 pub use characterize::{CharacterizePage, Input, LogReport, Overview, ParameterCell, ParameterRow};
 pub use results::{ResultRow, ResultTable};
 pub use rich::Rich;

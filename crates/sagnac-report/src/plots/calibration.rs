@@ -418,6 +418,34 @@ pub struct CorrelationMap {
     pub matrix: Vec<Vec<f64>>,
 }
 
+/// A parameter's path in the short words that fit a narrow page.
+fn brief(name: &str) -> String {
+    let mut out = name.to_owned();
+    for (long, short) in [
+        ("temperature_spline", "knot"),
+        ("temperature", "T"),
+        ("scale_factor", "scale"),
+        ("misalignment", "misalign"),
+        ("g2_sensitivity", "g2"),
+        ("g_sensitivity", "g_sens"),
+    ] {
+        out = out.replace(long, short);
+    }
+    out
+}
+
+/// Text of at most so many characters: paths differ at their ends, so that the middle goes.
+fn cut_middle(text: &str, most: usize) -> String {
+    let all: Vec<char> = text.chars().collect();
+    if all.len() <= most {
+        return text.to_owned();
+    }
+    let head = most / 3;
+    let tail = most - 1 - head;
+    let part = |range: &[char]| range.iter().collect::<String>();
+    format!("{}…{}", part(&all[..head]), part(&all[all.len() - tail..]))
+}
+
 impl CorrelationMap {
     const MOST: usize = 36;
 
@@ -474,7 +502,13 @@ impl CorrelationMap {
         let size = Svg::FONT_SIZE;
         let names: Vec<String> = shown
             .iter()
-            .map(|&i| cut(&self.names[i], if width < 400.0 { 22 } else { 34 }))
+            .map(|&i| {
+                if width < 400.0 {
+                    cut_middle(&brief(&self.names[i]), 22)
+                } else {
+                    cut_middle(&self.names[i], 34)
+                }
+            })
             .collect();
         let left = names
             .iter()
@@ -557,6 +591,31 @@ mod tests {
         assert_eq!(drawn.matches("data-series=\"band\"").count(), 1);
         assert!(!drawn.contains("<rect class=\"b\""));
         assert!(!drawn.contains("+2σ"));
+    }
+
+    #[test]
+    fn labels_of_parameters_differ_on_a_narrow_page() {
+        let names: Vec<String> = (1..=12)
+            .flat_map(|i| {
+                ["accel.bias", "accel.scale_factor", "gyro.bias"]
+                    .map(|of| format!("{of}.temperature_spline.{i}.x"))
+            })
+            .collect();
+        let n = names.len();
+        let map = CorrelationMap {
+            names,
+            matrix: vec![vec![0.5; n]; n],
+        };
+        let drawn = map.draw(350.0, &map.shown()).inline("");
+        let mut labels: Vec<&str> = drawn
+            .split("</text>")
+            .filter_map(|t| t.rsplit('>').next())
+            .filter(|t| t.contains(".x"))
+            .collect();
+        let all = labels.len();
+        labels.sort_unstable();
+        labels.dedup();
+        assert_eq!((all, labels.len()), (n, n), "{labels:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::svg::{Frame, Ink, Plot, Scale, Svg, TextStyle, halo_text, text_width}
 /// A curve of a chart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ChartCurve {
-    /// Its name, at its end.
+    /// Its name, at its end; empty: none.
     pub label: String,
     /// Its color.
     pub color: Color,
@@ -141,6 +141,7 @@ impl CurveChart {
         let mut ends: Vec<(f64, f64, &ChartCurve)> =
             self.curves
                 .iter()
+                .filter(|curve| !curve.label.is_empty())
                 .filter_map(|curve| {
                     let last = curve.x.iter().zip(&curve.y).rfind(|(x, y)| {
                         x.is_finite() && y.is_finite() && (!self.y_log || **y > 0.0)

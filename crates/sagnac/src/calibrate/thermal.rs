@@ -1,5 +1,6 @@
 //! `calibrate thermal`: bias and scale factor against temperature, as text, JSON, model file and page.
 
+mod figures;
 mod json;
 mod model_file;
 mod page;
@@ -11,7 +12,7 @@ use sagnac_core::Sensor;
 use sagnac_log::{Issue, Log};
 
 use super::multi_position::{stamps, triad};
-use super::{Place, place_gravity};
+use super::{CertificateTexts, Place, place_gravity};
 use crate::Error;
 use crate::characterize::NamedLog;
 
@@ -34,6 +35,8 @@ pub struct ThermalRequest {
     pub is_soak_only: bool,
     /// Where the logs were made.
     pub place: Place,
+    /// Texts of the certificate.
+    pub texts: CertificateTexts,
 }
 
 /// What a temperature sweep gave.

@@ -6,7 +6,7 @@ use sagnac::Error;
 use sagnac::calibrate::{PageFacts, ThermalRequest, thermal};
 use sagnac::model::units::Dimension;
 
-use super::common::{Files, Place, hash_of, source};
+use super::common::{Files, Place, Texts, hash_of, source};
 use crate::commands::characterize::{command_line, read_all};
 use crate::context::Context;
 use crate::inputs::LogOptions;
@@ -39,6 +39,8 @@ pub(super) struct Args {
     soak_only: bool,
     #[command(flatten)]
     place: Place,
+    #[command(flatten)]
+    texts: Texts,
     #[command(flatten)]
     files: Files,
     #[command(flatten)]
@@ -76,6 +78,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         max_order: Some(usize::from(args.max_order)),
         is_soak_only: args.soak_only,
         place,
+        texts: args.texts.to_texts(),
     };
     let outcome = thermal(&logs, &request)?;
     let mut outputs = Vec::new();

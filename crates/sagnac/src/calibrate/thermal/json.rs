@@ -23,6 +23,7 @@ fn curve(curve: &Curve) -> Value {
         "order": curve.order,
         "temperature": curve.temperature_c,
         "value": curve.value,
+        "sigma": curve.sigma,
         "lower": numbers(&curve.lower),
         "upper": numbers(&curve.upper),
         "heating_minus_cooling": curve.heating_minus_cooling,

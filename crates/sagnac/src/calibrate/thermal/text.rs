@@ -2,7 +2,7 @@
 
 use sagnac_calibrate::thermal::{Curve, Kind, channel};
 use sagnac_core::Sensor;
-use sagnac_report::text::{Cell, Document, Estimate, Table, significant};
+use sagnac_report::text::{Cell, Document, Estimate, Finding, Table, significant};
 
 use super::ThermalOutcome;
 use crate::calibrate::text::{short_beside, stem, title};
@@ -99,17 +99,7 @@ impl ThermalOutcome {
              without. Outside {:.1} … {:.1} degC nothing is known: the model holds the nearer end, and correct flags it.",
             found.range_c[0], found.range_c[1]
         ));
-        let logs = self.issues.iter().zip(&self.logs);
-        let lines = logs.flat_map(|((issues, first_s, duration_s), log)| {
-            issues.iter().map(move |issue| {
-                let mut line = finding(issue, *first_s, *duration_s);
-                if self.logs.len() > 1 {
-                    line.text = format!("{log}: {}", line.text);
-                }
-                line
-            })
-        });
-        out.findings(gathered(lines.collect()));
+        out.findings(self.findings());
         if !found.held.is_empty() {
             out.paragraph(format!("Not determined: {}.", self.held()));
         }
@@ -120,6 +110,21 @@ impl ThermalOutcome {
             out.hanging("add: ", text);
         }
         out
+    }
+
+    /// What was left out.
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let logs = self.issues.iter().zip(&self.logs);
+        let lines = logs.flat_map(|((issues, first_s, duration_s), log)| {
+            issues.iter().map(move |issue| {
+                let mut line = finding(issue, *first_s, *duration_s);
+                if self.logs.len() > 1 {
+                    line.text = format!("{log}: {}", line.text);
+                }
+                line
+            })
+        });
+        gathered(lines.collect())
     }
 
     /// Names held at zero, axes gathered.
