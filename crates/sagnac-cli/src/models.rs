@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use sagnac::Error;
-use sagnac::model::catalogue::PREFIX;
+use sagnac::model::catalogue::{PREFIX, Replaced};
 use sagnac::model::{Catalogue, Model};
 
+use crate::context::Context;
 use crate::inputs;
 
 /// Where the user's own sensors are.
@@ -17,8 +18,8 @@ pub(crate) struct CatalogOption {
 }
 
 impl CatalogOption {
-    /// The embedded catalogue and the files of the folder.
-    pub(crate) fn open(&self) -> Result<Catalogue, Error> {
+    /// The embedded catalogue and the files of the folder; a name that stands twice is told.
+    pub(crate) fn open(&self, context: &Context) -> Result<Catalogue, Error> {
         let mut catalogue = Catalogue::embedded();
         let Some(folder) = &self.catalog else {
             return Ok(catalogue);
@@ -44,7 +45,16 @@ impl CatalogOption {
         paths.sort();
         for path in paths {
             let text = inputs::text(&path)?;
-            catalogue.add(text.as_bytes(), &path.display().to_string())?;
+            let file = path.display().to_string();
+            match catalogue.add(text.as_bytes(), &file)? {
+                Some(Replaced::Own { name, label }) => context.warn(&format!(
+                    "{label} and {file} are both called `{name}`: {file} counts, the other is left out"
+                )),
+                Some(Replaced::Embedded { name }) => context.note(&format!(
+                    "{file} takes the place of {name} of the catalogue"
+                )),
+                None => {}
+            }
         }
         Ok(catalogue)
     }

@@ -261,6 +261,15 @@ pub(crate) fn missing_path(name: &str) -> Option<Error> {
     })
 }
 
+/// The error of a named trajectory, at the option of the start that is wrong, else at its name.
+pub(crate) fn named_error(error: sagnac::nav::Error, name: &str) -> Error {
+    let error = Error::from(error);
+    match error.place {
+        Some(_) => error,
+        None => error.at(format!("--trajectory {name}")),
+    }
+}
+
 /// A named trajectory, or a file.
 pub(crate) fn trajectory(
     name: &str,
@@ -274,8 +283,7 @@ pub(crate) fn trajectory(
     }
     if NAMES.contains(&name) || !Path::new(name).exists() {
         reference.refuse()?;
-        return Trajectory::named(name, start.earth(), &at)
-            .map_err(|e| Error::from(e).at(format!("--trajectory {name}")));
+        return Trajectory::named(name, start.earth(), &at).map_err(|e| named_error(e, name));
     }
     let log = reference.read(Path::new(name))?;
     refuse_start(&start.given(), &log, name)?;

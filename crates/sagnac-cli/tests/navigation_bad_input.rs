@@ -135,7 +135,7 @@ fn impossible_questions_are_refused() {
         (
             &["drift", fine, "--rate", "1e-9Hz"],
             2,
-            "at most the duration",
+            "shorter than one sample",
         ),
         (&["drift", fine, "--runs", "0"], 2, "0 runs tell nothing"),
         (

@@ -192,11 +192,17 @@ impl Scene {
         temperature: &dyn Fn(f64) -> f64,
     ) -> Result<Self, Error> {
         trajectory.check_duration(setting.duration_s)?;
-        if !(setting.dt_s > 0.0 && setting.dt_s <= setting.duration_s) {
+        if setting.dt_s.is_nan() || setting.dt_s <= 0.0 {
             return Err(Error::OutOfRange {
                 quantity: "sampling interval",
                 value: format!("{} s", setting.dt_s),
-                expected: "more than zero and at most the duration",
+                expected: "more than zero",
+            });
+        }
+        if setting.dt_s > setting.duration_s {
+            return Err(Error::TooShort {
+                duration_s: setting.duration_s,
+                dt_s: setting.dt_s,
             });
         }
         Ok(Self {

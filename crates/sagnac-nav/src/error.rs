@@ -1,5 +1,7 @@
 //! What can be wrong with a navigation request: one sentence, where, and what to do.
 
+use crate::trajectory::in_few_digits;
+
 /// Why a trajectory, an alignment or a drift question was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -25,6 +27,14 @@ pub enum Error {
         value: String,
         /// What would be accepted.
         expected: &'static str,
+    },
+    /// A run ends before its first sample does.
+    #[error("a run of {} is shorter than one sample, {}", in_few_digits(*duration_s, "s"), in_few_digits(*dt_s, "s"))]
+    TooShort {
+        /// Length asked for, s.
+        duration_s: f64,
+        /// Sampling interval, s.
+        dt_s: f64,
     },
     /// A path has too few points, or columns of different lengths.
     #[error("{what}")]
@@ -59,6 +69,8 @@ impl Error {
             Self::BadPath {
                 time_s: Some(t), ..
             } => Some(format!("time {t} s")),
+            Self::OutOfRange { quantity, .. } => Some(option(quantity)),
+            Self::TooShort { .. } => Some("--duration".to_owned()),
             _ => None,
         }
     }
@@ -70,7 +82,27 @@ impl Error {
             Self::AttitudeNotFree { .. } => Some("leave them out, or use --trajectory rest".to_owned()),
             Self::BadPath { advice, .. } | Self::Request { advice, .. } => (!advice.is_empty()).then(|| advice.clone()),
             Self::Alignment { .. } => Some("give a heading, for instance --alignment 'roll=0.1deg, pitch=0.1deg, heading=1deg'".to_owned()),
-            Self::OutOfRange { .. } => None,
+            Self::TooShort { .. } => Some("lengthen --duration, or raise --rate".to_owned()),
+            Self::OutOfRange { quantity, .. } => Some(format!("write for instance {} {}", option(quantity), example(quantity))),
         }
+    }
+}
+
+/// The option that sets a quantity.
+fn option(quantity: &str) -> String {
+    match quantity {
+        "sampling interval" => "--rate".to_owned(),
+        other => format!("--{other}"),
+    }
+}
+
+/// A value that such a quantity often has.
+fn example(quantity: &str) -> &'static str {
+    match quantity {
+        "duration" => "1h",
+        "sampling interval" => "100Hz",
+        "height" => "500m",
+        "latitude" => "45deg",
+        _ => "30deg",
     }
 }

@@ -73,7 +73,7 @@ impl Common {
         confirm: bool,
         context: &Context,
     ) -> Result<BudgetOutcome, Error> {
-        let catalogue = self.catalog.open()?;
+        let catalogue = self.catalog.open(context)?;
         let model = model.map(inputs::model).transpose()?;
         let trajectory = self.run.trajectory(context)?;
         budget(&BudgetRequest {
@@ -91,7 +91,16 @@ impl Common {
             confirm: confirm.then_some((self.runs, self.seed)),
             ..BudgetRequest::new(&catalogue, &trajectory, figure, limit_m, after_s)
         })
+        .map_err(at_after)
     }
+}
+
+/// An error of the duration, which is here called `--after`.
+fn at_after(mut error: Error) -> Error {
+    for text in [&mut error.place, &mut error.advice].into_iter().flatten() {
+        *text = text.replace("--duration", "--after");
+    }
+    error
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {

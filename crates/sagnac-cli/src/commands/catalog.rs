@@ -125,7 +125,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             let picture = list.output.as_deref();
             let picture = picture.map(|p| Output::claim_picture(p, list.force));
             let (report, picture) = (report.transpose()?, picture.transpose()?);
-            let catalogue = list.catalog.open()?;
+            let catalogue = list.catalog.open(context)?;
             let outcome = catalog::list(&catalogue, &request)?;
             context.show(|| outcome.document(), || outcome.to_json())?;
             let mut outputs = Vec::new();
@@ -163,11 +163,11 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Show(show) => {
-            let outcome = catalog::show(&show.catalog.open()?, &show.name)?;
+            let outcome = catalog::show(&show.catalog.open(context)?, &show.name)?;
             context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Compare(compare) => {
-            let outcome = catalog::compare(&compare.catalog.open()?, &compare.names)?;
+            let outcome = catalog::compare(&compare.catalog.open(context)?, &compare.names)?;
             context.show(|| outcome.document(), || outcome.to_json())
         }
     }

@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .as_deref()
         .map(|p| Output::claim_picture(p, args.force))
         .transpose()?;
-    let catalogue = args.catalog.open()?;
+    let catalogue = args.catalog.open(context)?;
     let models = args
         .models
         .iter()

@@ -7,6 +7,7 @@ use super::{key_of, price_class, quality, technology};
 use crate::error::Error;
 use crate::model::Model;
 use crate::path::ParameterPath;
+use crate::random::FLICKER_FLOOR;
 use crate::suggest::suggest;
 use crate::units::{Dimension, clip, parse_with_unit};
 use sagnac_core::Sensor;
@@ -140,7 +141,24 @@ impl Subject {
                     model.white_noise(path.sensor(), axis)?.value
                 })
             }
-            Self::Parameter(path) => model.largest(*path),
+            Self::Parameter(path) => match path.file_keys().as_slice() {
+                // B and its floor are one number, however the sheet states it.
+                [
+                    "bias",
+                    "instability",
+                    key @ ("coefficient" | "allan_minimum"),
+                ] => {
+                    let factor = if *key == "coefficient" {
+                        1.0
+                    } else {
+                        FLICKER_FLOOR
+                    };
+                    worst(path.axis(), &|axis| {
+                        Some(factor * model.flicker(path.sensor(), axis)?.value?)
+                    })
+                }
+                _ => model.largest(*path),
+            },
             Self::Field(_) => None,
         };
         let dimension = match self {

@@ -30,6 +30,23 @@ pub struct Catalogue {
     own: Vec<(String, Model)>,
 }
 
+/// A sensor whose place a file of the user's own took.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Replaced {
+    /// Another file of the user's own.
+    Own {
+        /// The name of both.
+        name: String,
+        /// Where the first came from.
+        label: String,
+    },
+    /// A sensor of the embedded catalogue.
+    Embedded {
+        /// Its name as printed.
+        name: String,
+    },
+}
+
 /// What comes before a name: `catalog:ADIS16470`.
 pub const PREFIX: &str = "catalog:";
 
@@ -39,16 +56,28 @@ impl Catalogue {
         Self::default()
     }
 
-    /// Adds a model file of the user's own; it takes the place of an embedded sensor of the same name.
+    /// Adds a model file of the user's own; it takes the place of a sensor of the same name, which is told.
     ///
     /// # Errors
     /// A file that is no model.
-    pub fn add(&mut self, text: &[u8], label: &str) -> Result<(), Error> {
+    pub fn add(&mut self, text: &[u8], label: &str) -> Result<Option<Replaced>, Error> {
         let model = Model::from_bytes(text, label)?;
         let key = key_of(model.name());
-        self.own.retain(|(name, _)| *name != key);
+        let own = self.own.iter().position(|(name, _)| *name == key);
+        let replaced = match own {
+            Some(place) => Some(Replaced::Own {
+                name: model.name().to_string(),
+                label: self.own.remove(place).1.label().to_string(),
+            }),
+            None => embedded::FILES
+                .iter()
+                .find(|(name, _)| key_of(name) == key)
+                .map(|(name, _)| Replaced::Embedded {
+                    name: (*name).to_string(),
+                }),
+        };
         self.own.push((key, model));
-        Ok(())
+        Ok(replaced)
     }
 
     /// All names as printed, in alphabetical order.
@@ -167,7 +196,7 @@ pub fn quality(model: &Model) -> Option<String> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
-    use super::{Catalogue, key_of};
+    use super::{Catalogue, Replaced, key_of};
     use crate::model::Process;
     use sagnac_core::Sensor;
 
@@ -222,13 +251,17 @@ mod tests {
     #[test]
     fn an_own_file_joins_and_wins() {
         let mut catalogue = Catalogue::embedded();
-        catalogue
-            .add(
-                b"name = \"stim300\"\n[gyro]\nrange = \"1 deg/s\"",
-                "mine.toml",
-            )
-            .unwrap();
+        let text = b"name = \"stim300\"\n[gyro]\nrange = \"1 deg/s\"";
+        let replaced = catalogue.add(text, "mine.toml").unwrap();
+        let name = "STIM300".to_string();
+        assert_eq!(replaced, Some(Replaced::Embedded { name }));
         assert_eq!(catalogue.find("STIM300").unwrap().label(), "mine.toml");
         assert_eq!(catalogue.names().len(), 73);
+        let replaced = catalogue.add(b"name = \"STIM 300\"", "b.toml").unwrap();
+        assert_eq!(replaced, None, "another name: STIM-300");
+        let replaced = catalogue.add(b"name = \"STIM300\"", "b.toml").unwrap();
+        let label = "mine.toml".to_string();
+        let name = "STIM300".to_string();
+        assert_eq!(replaced, Some(Replaced::Own { name, label }));
     }
 }

@@ -95,7 +95,7 @@ impl Start {
 }
 
 /// A value with its unit in at most 12 digits; what is beyond all measure in powers of ten.
-fn in_few_digits(value: f64, unit: &str) -> String {
+pub(crate) fn in_few_digits(value: f64, unit: &str) -> String {
     let value = format!("{value:.11e}").parse().unwrap_or(value);
     if value.abs() < 1e12 {
         format!("{value} {unit}")

@@ -208,6 +208,14 @@ impl Table {
         self.rows.is_empty()
     }
 
+    /// Whether no more than `columns` columns are needed for the whole table.
+    pub fn fits(&self, columns: usize) -> bool {
+        let wide: usize = (0..self.heading.len())
+            .map(|i| Measure::of(self.aligns[i], &self.heading[i], &self.rows, i).width())
+            .sum();
+        wide + GAP * self.heading.len().saturating_sub(1) <= columns
+    }
+
     /// The table as lines of at most `columns` columns, without trailing spaces.
     pub fn render(&self, style: Style, columns: usize) -> Vec<String> {
         let heading: Vec<String> = self.heading.iter().map(|h| style.encode(h)).collect();

@@ -5,7 +5,7 @@ use crate::Error;
 use sagnac_core::Sensor;
 use sagnac_model::catalogue::{price_class, quality, technology};
 use sagnac_model::{Catalogue, Filter, Model, SortKey};
-use sagnac_report::text::{Align, Cell, Document, Style, Table, Unit, general};
+use sagnac_report::text::{Align, COLUMNS, Cell, Document, Style, Table, Unit, general};
 use serde_json::{Value, json};
 
 /// What to list.
@@ -68,66 +68,67 @@ impl ListOutcome {
             document.line("No sensor of the catalogue meets the condition.");
             return document;
         }
-        let (sensor, heading, units) = if self.accelerometers {
+        // Names are never cut: where the table is too wide the technology is, then it is left out.
+        let table = [Kind::Whole, Kind::Short, Kind::Absent]
+            .map(|kind| self.table(kind))
+            .into_iter()
+            .enumerate()
+            .find(|(i, table)| *i == 2 || table.fits(COLUMNS));
+        if let Some((_, table)) = table {
+            document.table(table).blank();
+        }
+        let marked = self.models.iter().any(|model| conflicts(model) > 0);
+        document.line(
+            "D data sheet, M measured on a unit, S second hand; the worst of the numbers used",
+        );
+        if marked {
+            document.line("* sources disagree or print several settings: sagnac catalog show NAME");
+        }
+        document
+    }
+
+    /// The table with the technology told in one of three ways.
+    fn table(&self, kind: Kind) -> Table {
+        let (sensor, white, units) = if self.accelerometers {
             let units = [Unit::M_PER_S_PER_SQRT_H, Unit::MICRO_G, Unit::MILLI_G];
-            (
-                Sensor::Accel,
-                [
-                    "sensor",
-                    "technology",
-                    "VRW",
-                    "in-run",
-                    "run-to-run",
-                    "evidence",
-                ],
-                units,
-            )
+            (Sensor::Accel, "VRW", units)
         } else {
             let units = [Unit::DEG_PER_SQRT_H, Unit::DEG_PER_H, Unit::DEG_PER_H];
-            (
-                Sensor::Gyro,
-                [
-                    "sensor",
-                    "technology",
-                    "ARW",
-                    "in-run",
-                    "run-to-run",
-                    "evidence",
-                ],
-                units,
-            )
+            (Sensor::Gyro, "ARW", units)
         };
-        let mut table = Table::new(
-            &heading,
-            &[
-                Align::Left,
-                Align::Left,
-                Align::Point,
-                Align::Point,
-                Align::Point,
-                Align::Left,
-            ],
-        );
-        let unit_names = units.map(|unit| Cell::from(unit.text));
-        let [white, in_run, run_to_run] = unit_names;
-        table.row([
-            Cell::from(""),
-            Cell::from(""),
-            white,
-            in_run,
-            run_to_run,
-            Cell::from(""),
-        ]);
+        let technology_heading = match kind {
+            Kind::Whole => vec!["technology"],
+            Kind::Short => vec!["type"],
+            Kind::Absent => Vec::new(),
+        };
+        let numbers = [white, "in-run", "run-to-run"];
+        let mut heading = vec!["sensor"];
+        heading.extend(&technology_heading);
+        heading.extend(numbers);
+        heading.push("evidence");
+        let mut aligns = vec![Align::Left; 1 + technology_heading.len()];
+        aligns.extend([Align::Point; 3]);
+        aligns.push(Align::Left);
+        let mut table = Table::new(&heading, &aligns);
+        let mut unit_row = vec![Cell::from(""); 1 + technology_heading.len()];
+        unit_row.extend(units.map(|unit| Cell::from(unit.text)));
+        table.row(unit_row);
         for model in &self.models {
             let values = [
                 white_noise(model, sensor),
                 floor(model, sensor),
                 stability(model, sensor),
             ];
-            let mut cells = vec![
-                Cell::from(short(model.name(), 18)),
-                Cell::from(short(technology(model).unwrap_or("-"), 13)),
-            ];
+            let mut cells = vec![Cell::from(model.name())];
+            let technology = technology(model).unwrap_or("-");
+            match kind {
+                Kind::Whole => cells.push(Cell::from(technology)),
+                Kind::Short => {
+                    let word = technology.split([' ', '+', ',']).next();
+                    cells.push(Cell::from(word.unwrap_or_default()));
+                }
+                Kind::Absent => {}
+            }
             for (value, unit) in values.into_iter().zip(units) {
                 cells.push(value.map_or_else(
                     || Cell::from("-"),
@@ -141,15 +142,7 @@ impl ListOutcome {
             )));
             table.row(cells);
         }
-        document.table(table).blank();
-        let marked = self.models.iter().any(|model| conflicts(model) > 0);
-        document.line(
-            "D data sheet, M measured on a unit, S second hand; the worst of the numbers used",
-        );
-        if marked {
-            document.line("* sources disagree or print several settings: sagnac catalog show NAME");
-        }
-        document
+        table
     }
 
     /// The list as text.
@@ -158,8 +151,13 @@ impl ListOutcome {
     }
 }
 
-fn short(text: &str, columns: usize) -> String {
-    sagnac_report::text::cut(text, columns)
+/// How a list tells the technology.
+#[derive(Clone, Copy)]
+enum Kind {
+    Whole,
+    /// Its first word.
+    Short,
+    Absent,
 }
 
 fn conflicts(model: &Model) -> usize {

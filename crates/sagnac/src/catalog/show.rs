@@ -1,11 +1,11 @@
 //! What is known of one sensor, every number with its source.
 
-use super::{letter, shown_unit, shown_value, words};
+use super::{shown_unit, shown_value, words};
 use crate::Error;
 use sagnac_core::Sensor;
 use sagnac_model::catalogue::{price_class, quality, technology};
 use sagnac_model::{Catalogue, Entry, Model, ParameterPath};
-use sagnac_report::text::{COLUMNS, Document, Style, cut, width};
+use sagnac_report::text::{COLUMNS, Document, Style, width};
 use serde_json::{Value, json};
 
 /// One sensor.
@@ -25,13 +25,35 @@ pub fn show(catalogue: &Catalogue, name: &str) -> Result<ShowOutcome, Error> {
     })
 }
 
-/// A line of the table: sensor, term, value, letter, source.
+/// A line of the table: sensor, term, value, sources and what they print.
 struct Line {
     sensor: Sensor,
     term: String,
     value: String,
-    letter: String,
-    source: String,
+    /// The sources of its axes, each once.
+    sources: Vec<String>,
+    /// What is printed there, and its condition.
+    notes: Vec<String>,
+}
+
+/// The sources of a sensor, numbered in the order in which they are read.
+#[derive(Default)]
+struct Sources(Vec<String>);
+
+impl Sources {
+    /// `S [2]`: letter and number of a source.
+    fn mark(&mut self, source: &str) -> String {
+        let (letter, bare) = match source.split_once(": ") {
+            Some((letter, bare)) if letter.len() == 1 => (letter, bare),
+            _ => ("", source),
+        };
+        let place = self.0.iter().position(|known| known == bare);
+        let place = place.unwrap_or_else(|| {
+            self.0.push(bare.to_string());
+            self.0.len() - 1
+        });
+        format!("{letter} [{}]", place + 1).trim_start().to_string()
+    }
 }
 
 impl ShowOutcome {
@@ -82,6 +104,7 @@ impl ShowOutcome {
             .collect();
         document.heading(title.join(", ")).blank();
         let lines = self.lines();
+        let mut sources = Sources::default();
         let widest =
             |of: fn(&Line) -> &str| lines.iter().map(|line| width(of(line))).max().unwrap_or(0);
         let (terms, values) = (widest(|line| &line.term), widest(|line| &line.value));
@@ -96,18 +119,20 @@ impl ShowOutcome {
             let pad = |text: &str, columns: usize| {
                 format!("{text}{}", " ".repeat(columns.saturating_sub(width(text))))
             };
+            let from: Vec<String> = line.sources.iter().map(|s| sources.mark(s)).collect();
             let head = format!(
-                "{name:5}  {}  {}  {:1}  ",
+                "{name:5}  {}  {}  {}",
                 pad(&line.term, terms),
                 pad(&line.value, values),
-                line.letter
+                from.join(" ")
             );
-            let room = COLUMNS.saturating_sub(width(&head));
-            document.line(
-                format!("{head}{}", cut(&line.source, room))
-                    .trim_end()
-                    .to_string(),
-            );
+            let told = line.notes.join("; ");
+            if width(&head) + 2 + width(&told) <= COLUMNS {
+                document.line(format!("{head}  {told}").trim_end().to_string());
+            } else {
+                document.line(head);
+                document.hanging("         ", told);
+            }
         }
         document.blank();
         if let Some(rate_hz) = model.sample_rate_hz() {
@@ -129,12 +154,8 @@ impl ShowOutcome {
                     .others
                     .iter()
                     .map(|other| {
-                        format!(
-                            "{} {} ({})",
-                            other.value,
-                            other.unit,
-                            other.source.chars().next().unwrap_or('-')
-                        )
+                        let from = sources.mark(&other.source);
+                        format!("{} {} ({from})", other.value, other.unit)
                     })
                     .collect();
                 document.note(format!(
@@ -147,6 +168,10 @@ impl ShowOutcome {
             for note in &table.notes {
                 document.note(note.as_str());
             }
+        }
+        document.blank();
+        for (i, source) in sources.0.iter().enumerate() {
+            document.hanging(format!("[{}] ", i + 1), source.clone());
         }
         document
             .blank()
@@ -209,24 +234,21 @@ impl ShowOutcome {
             _ if number.starts_with('±') => ", 1 sigma",
             _ => "",
         };
-        let first = found.first().map(|(_, entry)| *entry);
+        let each_once = |of: &dyn Fn(&Entry) -> Option<String>| {
+            let mut out: Vec<String> = Vec::new();
+            for text in found.iter().filter_map(|(_, entry)| of(entry)) {
+                if !text.is_empty() && !out.contains(&text) {
+                    out.push(text);
+                }
+            }
+            out
+        };
         Line {
             sensor: base.sensor(),
             term: words(base),
             value: format!("{number} {unit}{kind}"),
-            letter: first
-                .map(|entry| letter(entry).to_string())
-                .unwrap_or_default(),
-            source: first
-                .and_then(|entry| entry.source.as_deref())
-                .map(|source| {
-                    source
-                        .split_once(": ")
-                        .filter(|(head, _)| head.len() == 1)
-                        .map_or(source, |(_, rest)| rest)
-                        .to_string()
-                })
-                .unwrap_or_default(),
+            sources: each_once(&|entry| entry.source.clone()),
+            notes: each_once(&|entry| entry.note.clone()),
         }
     }
 }

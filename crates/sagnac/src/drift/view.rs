@@ -21,8 +21,11 @@ pub(crate) fn length_unit(largest_m: f64) -> (&'static str, f64) {
     }
 }
 
-/// A length for a sentence: three digits, m or km.
+/// A length for a sentence: three digits, mm, m or km.
 pub(crate) fn length(value_m: f64) -> String {
+    if value_m > 0.0 && value_m < 0.01 {
+        return format!("{} mm", general(value_m * 1000.0, 3));
+    }
     let (unit, factor) = length_unit(value_m);
     format!("{} {unit}", significant(value_m / factor, 3))
 }
@@ -66,6 +69,12 @@ impl DriftOutcome {
         }
     }
 
+    /// The last time that is told: the end, rounded to a sample.
+    fn end_s(&self) -> f64 {
+        let last = self.covariance.time_s.last();
+        last.copied().unwrap_or(self.setting.duration_s)
+    }
+
     /// The largest term in a clause.
     fn largest(&self) -> Option<(String, f64)> {
         self.covariance
@@ -79,7 +88,7 @@ impl DriftOutcome {
     pub fn verdict(&self) -> String {
         let (cep, r95) = (self.cep(), self.r95());
         let (c, r) = (cep.value[59], r95.value[59]);
-        let time = duration(self.setting.duration_s);
+        let time = duration(self.end_s());
         let who = if self.monte_carlo.is_some() {
             "runs"
         } else {
@@ -321,7 +330,7 @@ impl DriftOutcome {
             };
             (end(0), end(1))
         };
-        let time = duration(self.setting.duration_s);
+        let time = duration(self.end_s());
         let terms = self.covariance.terms();
         let growth = DriftGrowth {
             unit: unit.to_owned(),
