@@ -14,6 +14,7 @@
 
 mod chart;
 mod table;
+mod view;
 
 pub use chart::{area_charts, cost_chart, cost_page, grade_page};
 pub use table::{GradeTable, Limit, Row};
@@ -24,7 +25,6 @@ use sagnac_nav::drift::{Alignment, Scene, Setting};
 use sagnac_nav::sensor::Calibration;
 use sagnac_nav::strapdown::Vertical;
 use sagnac_nav::{Earth, Start, Trajectory};
-use sagnac_report::text::{Align, Cell, Document, Style, Table, Unit, general, significant};
 use serde_json::{Value, json};
 
 use crate::Error;
@@ -94,6 +94,8 @@ pub struct Needed {
     pub unit: &'static str,
     /// now ÷ needed.
     pub factor: f64,
+    /// Whether the row asks for less than `needed`, not for at most that.
+    pub is_strict: bool,
 }
 
 /// A sensor's grade.
@@ -267,6 +269,7 @@ pub fn grade(request: &GradeRequest<'_>) -> Result<GradeOutcome, Error> {
                         "m/s^2"
                     },
                     factor: value / limit,
+                    is_strict: matches!(above.bias[i], Limit::Below(_)),
                 });
             }
             if by[i] == overall && overall.is_some() && held.is_none_or(|(_, f)| value / limit > f)
@@ -289,6 +292,7 @@ pub fn grade(request: &GradeRequest<'_>) -> Result<GradeOutcome, Error> {
                     needed: limit_m,
                     unit: "m",
                     factor: cep / limit_m,
+                    is_strict: matches!(limit, Limit::Below(_)),
                 });
             }
             if by_position.is_some()
@@ -349,189 +353,11 @@ impl GradeOutcome {
             "by_position": self.key(self.by_position),
             "overall": self.key(self.overall),
             "held_back_by": self.held_back_by,
-            "needed_for_next": self.needed_for_next.iter().map(|n| json!({ "parameter": n.parameter, "now": n.now, "needed": n.needed, "unit": n.unit, "factor": n.factor })).collect::<Vec<_>>(),
+            "needed_for_next": self.needed_for_next.iter().map(|n| json!({ "parameter": n.parameter, "now": n.now, "needed": n.needed, "unit": n.unit, "factor": n.factor, "strict": n.is_strict })).collect::<Vec<_>>(),
             "gyro_bias": bias(0),
             "accel_bias": bias(1),
             "position": { "cep_1h_m": self.cep_m[0], "cep_24h_m": self.cep_m[1] },
             "reasons": self.reasons,
         })
     }
-
-    fn bias_text(&self, i: usize) -> String {
-        self.bias[i].map_or("not stated".to_owned(), |(kind, value)| {
-            let what = match kind {
-                Bias::InRun => "in run",
-                Bias::RunToRun => "run to run",
-            };
-            format!("{}, {what}", bias_value(i, value))
-        })
-    }
-
-    /// The answer in one or two sentences.
-    pub fn verdict(&self) -> String {
-        let table = self.table.words();
-        let kind = match self.bias_kind() {
-            Some("mixed") => {
-                "mixed biases (in-run of one sensor, run-to-run of the other)".to_owned()
-            }
-            Some(kind) => format!("{kind} bias"),
-            None => return format!("No grade: {}.", self.reasons.join("; ")),
-        };
-        let mut out = match self.overall {
-            Some(row) => format!(
-                "{}, by {table} and {kind}.",
-                words(self.table.rows()[row].name, true)
-            ),
-            None => format!("Outside {table}, by {kind}."),
-        };
-        if let (Some(row), Some(first)) = (
-            self.next_row(),
-            self.needed_for_next
-                .iter()
-                .max_by(|a, b| a.factor.total_cmp(&b.factor)),
-        ) {
-            let what = match first.parameter.split('.').next() {
-                Some("gyro") => "gyro bias",
-                Some("accel") => "accelerometer bias",
-                _ => "position error",
-            };
-            let factor = significant(first.factor, 2);
-            // Eight, eleven and eighteen begin with a vowel.
-            let article = match factor.split('.').next() {
-                Some("11" | "18") => "an",
-                _ if factor.starts_with('8') => "an",
-                _ => "a",
-            };
-            out.push_str(&format!(
-                " {} grade needs {article} {factor} times smaller {what}.",
-                words(self.table.rows()[row].name, true),
-            ));
-        }
-        out
-    }
-
-    fn next_row(&self) -> Option<usize> {
-        match self.overall {
-            Some(0) => None,
-            Some(row) => Some(row - 1),
-            None => Some(self.table.rows().len() - 1),
-        }
-    }
-
-    /// The result as people read it.
-    pub fn document(&self) -> Document {
-        let mut doc = Document::new();
-        doc.paragraph(self.verdict()).blank();
-        let name = |row: Option<usize>| {
-            Cell::from(self.key(row).map_or("-".to_owned(), |n| words(n, false)))
-        };
-        let mut table = Table::new(&["", "", ""], &[Align::Left; 3]);
-        table.row([
-            Cell::from("by gyro bias"),
-            name(self.by_gyro_bias),
-            Cell::from(self.bias_text(0)),
-        ]);
-        table.row([
-            Cell::from("by accelerometer bias"),
-            name(self.by_accel_bias),
-            Cell::from(self.bias_text(1)),
-        ]);
-        let position = match self.cep_m {
-            [Some(cep), None] => {
-                format!("CEP {} nmi after 1 h at rest", significant(cep / NMI_M, 2))
-            }
-            [Some(hour), Some(day)] => format!(
-                "CEP {} nmi after 1 h at rest, {} after 24 h",
-                significant(hour / NMI_M, 2),
-                significant(day / NMI_M, 2)
-            ),
-            _ => "-".to_owned(),
-        };
-        table.row([
-            Cell::from("by position"),
-            name(self.by_position),
-            Cell::from(position),
-        ]);
-        let held = match self.held_back_by {
-            Some("gyro_bias") => "held back by the gyro bias",
-            Some("accel_bias") => "held back by the accelerometer bias",
-            Some("position") => "held back by the position",
-            _ if self.overall == Some(0) => "the best there is",
-            _ => "",
-        };
-        table.row([Cell::from("overall"), name(self.overall), Cell::from(held)]);
-        doc.table(table);
-        for reason in &self.reasons {
-            doc.note(reason.clone());
-        }
-        if let (Some(row), false) = (self.next_row(), self.needed_for_next.is_empty()) {
-            doc.blank();
-            let heading = format!("for {}", words(self.table.rows()[row].name, false));
-            let mut needed = Table::new(&[&heading, "now", "needed", ""], &[Align::Left; 4]);
-            for n in &self.needed_for_next {
-                let value = |v: f64| match n.unit {
-                    "rad/s" => bias_value(0, v),
-                    "m/s^2" => bias_value(1, v),
-                    _ => format!("{} nmi", significant(v / NMI_M, 2)),
-                };
-                let title = if n.parameter == "position" {
-                    format!(
-                        "position, CEP {} h",
-                        if self.table.rows()[row]
-                            .position
-                            .is_some_and(|(h, _)| h > 1.0)
-                        {
-                            24
-                        } else {
-                            1
-                        }
-                    )
-                } else {
-                    n.parameter.clone()
-                };
-                needed.row([
-                    Cell::from(title),
-                    Cell::from(value(n.now)),
-                    Cell::from(value(n.needed)),
-                    Cell::from(format!("{} times less", significant(n.factor, 2))),
-                ]);
-            }
-            doc.table(needed);
-        }
-        doc
-    }
-
-    /// The result as text of at most 80 columns.
-    pub fn to_text(&self) -> String {
-        self.document().render(Style::PLAIN)
-    }
-}
-
-fn bias_value(sensor: usize, value: f64) -> String {
-    if sensor == 0 {
-        format!("{} deg/h", general(Unit::DEG_PER_H.from_si(value), 3))
-    } else {
-        let ug = Unit::MICRO_G.from_si(value);
-        if ug >= 499.999 {
-            format!("{} mg", general(ug / 1000.0, 3))
-        } else {
-            format!("{} ug", general(ug, 3))
-        }
-    }
-}
-
-/// `control_system` in a sentence.
-fn words(name: &str, first: bool) -> String {
-    let out = if name == "ahrs" {
-        "AHRS".to_owned()
-    } else {
-        name.replace('_', " ")
-    };
-    if first {
-        let mut chars = out.chars();
-        return chars
-            .next()
-            .map_or(String::new(), |c| c.to_uppercase().chain(chars).collect());
-    }
-    out
 }

@@ -2,7 +2,7 @@
 
 use sagnac_core::{Axis, Element, PRODUCT_KEYS, Sensor};
 use sagnac_model::units::Unit;
-use sagnac_model::{Model, ParameterPath};
+use sagnac_model::{Model, ParameterPath, Process};
 use sagnac_nav::covariance::Parameter;
 use sagnac_nav::sensor::{Correlated, SensorErrors, Uncertain};
 
@@ -188,8 +188,12 @@ pub(crate) fn value_text(model: &Model, term: &str) -> Option<String> {
             } else {
                 sagnac_report::text::Unit::MICRO_G
             };
+            let what = match model.process(sensor) {
+                Process::Flicker => ", Allan floor (0.664 B)",
+                _ => "",
+            };
             return Some(format!(
-                "{} {}",
+                "{} {}{what}",
                 sagnac_report::text::general(unit.from_si(floor), 3),
                 unit.text
             ));

@@ -7,6 +7,7 @@ use sagnac::Error;
 use sagnac::grade::{Bias, GradeRequest, GradeTable, area_charts, grade, grade_page};
 use sagnac::report::text::Document;
 
+use crate::commands::characterize::command_line;
 use crate::commands::drift::put_svg;
 use crate::context::Context;
 use crate::inputs;
@@ -121,15 +122,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             outputs.push(out);
         }
         if let Some(mut out) = report {
-            let command = format!(
-                "sagnac {}",
-                std::env::args().skip(1).collect::<Vec<_>>().join(" ")
-            );
-            out.put(
-                grade_page(&outcomes, charts, &command, env!("CARGO_PKG_VERSION"))
-                    .html()
-                    .as_bytes(),
-            )?;
+            let version = env!("CARGO_PKG_VERSION");
+            let page = grade_page(&catalogue, &outcomes, charts, &command_line(), version)?;
+            out.put(page.html().as_bytes())?;
             outputs.push(out);
         }
     }

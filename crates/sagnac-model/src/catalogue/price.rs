@@ -13,6 +13,9 @@ pub struct PriceClass {
     pub evidence: String,
 }
 
+/// USD for a euro.
+const USD_PER_EUR: f64 = 1.1;
+
 impl PriceClass {
     /// The place among the classes, cheapest first.
     pub fn rank(&self) -> usize {
@@ -20,6 +23,27 @@ impl PriceClass {
             .iter()
             .position(|class| *class == self.class)
             .unwrap_or(PRICE_CLASSES.len())
+    }
+
+    /// The printed price in USD, its lower and upper end, where the evidence begins with one: `20000-30000 USD, …`.
+    pub fn printed_usd(&self) -> Option<(f64, f64)> {
+        let mut words = self.evidence.split_whitespace();
+        let number = words.next()?;
+        let factor = match words.next()?.trim_end_matches([',', ':']) {
+            "USD" => 1.0,
+            "EUR" => USD_PER_EUR,
+            _ => return None,
+        };
+        let (low, high) = number.split_once('-').unwrap_or((number, number));
+        let usd = |text: &str| Some(text.parse::<f64>().ok()? * factor).filter(|v| *v > 0.0);
+        Some((usd(low)?, usd(high)?))
+    }
+
+    /// The letter of the evidence: `D` data sheet, `M` measured, `S` second hand.
+    pub fn letter(&self) -> Option<&'static str> {
+        ["D", "M", "S"]
+            .into_iter()
+            .find(|letter| self.evidence.contains(&format!(": {letter}: ")))
     }
 }
 
@@ -51,4 +75,22 @@ pub fn price_class(model: &Model) -> Option<PriceClass> {
         class: PRICE_CLASSES[place],
         evidence: "estimated from gyro bias".to_string(),
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::price_class;
+    use crate::catalogue::Catalogue;
+
+    #[test]
+    fn printed_prices_are_read_from_their_evidence() {
+        let of = |name: &str| price_class(&Catalogue::embedded().find(name).unwrap()).unwrap();
+        assert_eq!(of("HG4930").printed_usd(), Some((8000.0, 8000.0)));
+        assert_eq!(of("HG4930").letter(), Some("S"));
+        assert_eq!(of("LN-200S").printed_usd(), Some((20_000.0, 30_000.0)));
+        let (euro, _) = of("Xsens MTi-630").printed_usd().unwrap();
+        assert!((euro - 1100.0).abs() < 1e-9);
+        assert_eq!(of("HG9900").printed_usd(), None, "estimated");
+    }
 }

@@ -265,7 +265,7 @@ pub(crate) fn area() -> ScatterChart {
         y,
         color,
         marker,
-        x_range: None,
+        ..ScatterPoint::default()
     };
     ScatterChart {
         plot: "application-area".to_owned(),
@@ -330,6 +330,7 @@ pub(crate) fn cost() -> ScatterChart {
         color,
         marker,
         x_range: Some((x / 1.5, x * 1.5)),
+        ..ScatterPoint::default()
     };
     let region = |name: &str, x, y| Region {
         name: name.to_owned(),

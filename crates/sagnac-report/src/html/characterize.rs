@@ -375,7 +375,7 @@ const CLASSES: [&str; 3] = ["u-field", "u-b", "u-si"];
 fn write_row(row: &ParameterRow, out: &mut String) {
     let name = if row.name.is_empty() {
         match row.term.as_str() {
-            "bias_instability" => "Bias instability (coefficient)".to_owned(),
+            "bias_instability" => "Bias instability B (coefficient)".to_owned(),
             term => term_name(term).to_owned(),
         }
     } else {

@@ -18,6 +18,8 @@ pub struct HtmlCell {
     pub bar: Option<f64>,
     /// Class of its text: `good`, `warn`, `bad` or nothing.
     pub class: &'static str,
+    /// On a phone it takes the whole width: a sentence, not a number.
+    pub whole_row: bool,
 }
 
 impl HtmlCell {
@@ -36,6 +38,13 @@ impl HtmlCell {
             bar: Some(share),
             ..Self::default()
         }
+    }
+
+    /// As wide as the page on a phone.
+    #[must_use]
+    pub fn whole_row(mut self) -> Self {
+        self.whole_row = true;
+        self
     }
 
     /// With a second line.
@@ -158,7 +167,9 @@ impl HtmlTable {
             );
             return;
         }
-        let class = if cell.number || self.is_number(column) {
+        let class = if cell.whole_row {
+            " class=\"whole\""
+        } else if cell.number || self.is_number(column) {
             " class=\"n\""
         } else {
             ""

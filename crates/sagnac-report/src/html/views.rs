@@ -344,7 +344,7 @@ impl ChartPage {
     pub fn area_key(sources: &str) -> Rich {
         Self::technologies(
             Rich::new()
-                .plain("Filled: run-to-run bias. Open: only an in-run figure is published. "),
+                .plain("Filled: run-to-run bias. Open: only an in-run figure is published. Triangle: only the tolerance when new. "),
         )
         .plain(". Diamond: your sensor. Regions are ")
         .bold("ours")

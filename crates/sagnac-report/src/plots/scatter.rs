@@ -24,6 +24,8 @@ pub enum Marker {
 pub struct ScatterPoint {
     /// Its name.
     pub name: String,
+    /// What its label says after the name: the letters of the evidence.
+    pub mark: String,
     /// Abscissa.
     pub x: f64,
     /// Ordinate.
@@ -34,6 +36,12 @@ pub struct ScatterPoint {
     pub marker: Marker,
     /// Range of the abscissa, as a pale bar.
     pub x_range: Option<(f64, f64)>,
+}
+
+impl ScatterPoint {
+    fn label(&self) -> String {
+        format!("{} {}", self.name, self.mark).trim_end().to_owned()
+    }
 }
 
 /// A region.
@@ -153,9 +161,9 @@ impl ScatterChart {
                 (g.at.0 - at.0).hypot(g.at.1 - at.1) < 2.5 && g.color == p.color && g.yours == yours
             });
             match known {
-                Some(group) => group.names.push(p.name.clone()),
+                Some(group) => group.names.push(p.label()),
                 None => groups.push(Group {
-                    names: vec![p.name.clone()],
+                    names: vec![p.label()],
                     at,
                     color: p.color,
                     yours,
@@ -212,30 +220,36 @@ fn draw_region(plot: &mut Plot, region: &Region) {
     ));
 }
 
-/// Places for a label of a region, best first: inside it, else beside it.
-fn places(r: Rect, w: f64, h: f64, edge: f64) -> Vec<Rect> {
+/// Places for a label of a region inside the plot, best first: inside the region, above or below it, beside it, and
+/// across its own edge as the last resort.
+fn places(r: Rect, w: f64, h: f64, area: Rect) -> Vec<Rect> {
     let tops_inside = [r.y + 4.0, r.y + r.h - h - 4.0, r.y + 0.5 * (r.h - h)];
     let tops_outside = [r.y + r.h + 4.0, r.y - h - 3.0];
-    let mut tries: Vec<Rect> = Vec::new();
-    let mut offer = |left: f64, top: f64| tries.push(Rect::new(left.min(edge - w), top, w, h));
+    let mut tries: Vec<(f64, f64)> = Vec::new();
     if w + 10.0 <= r.w {
         for top in tops_inside {
-            offer(r.x + 6.0, top);
-            offer(r.x + r.w - 6.0 - w, top);
+            tries.extend([(r.x + 6.0, top), (r.x + r.w - 6.0 - w, top)]);
         }
     }
     for top in tops_outside {
-        offer(r.x + 1.0, top);
-        offer(r.x + r.w - w, top);
+        tries.extend([(r.x + 1.0, top), (r.x + r.w - w, top)]);
     }
     for top in tops_inside {
-        offer(r.x + r.w + 7.0, top);
-        offer(r.x - 7.0 - w, top);
-        // Across its own edge, as the last resort.
-        offer(r.x + 6.0, top);
-        offer(r.x + r.w - w - 6.0, top);
+        tries.extend([(r.x + r.w + 7.0, top), (r.x - 7.0 - w, top)]);
+    }
+    for top in tops_inside {
+        tries.extend([(r.x + 6.0, top), (r.x + r.w - w - 6.0, top)]);
     }
     tries
+        .into_iter()
+        .filter(|(left, top)| {
+            *left >= area.x
+                && left + w <= area.x + area.w
+                && *top >= area.y
+                && top + h <= area.y + area.h
+        })
+        .map(|(left, top)| Rect::new(left, top, w, h))
+        .collect()
 }
 
 /// Name and uses of a region, not inside another one; in the thick the name alone.
@@ -243,7 +257,7 @@ fn name_region(plot: &mut Plot, region: &Region, others: &[Rect]) {
     let r = rect_of(plot, region);
     let size = plot.font();
     let small = 10.8;
-    let edge = plot.frame.width - 4.0;
+    let area = plot.frame.area();
     let name = text_width(&region.name, size, true);
     let both = name.max(text_width(&region.uses, small, false));
     let mut sizes = vec![(name, 15.0)];
@@ -253,7 +267,7 @@ fn name_region(plot: &mut Plot, region: &Region, others: &[Rect]) {
     let clear = |rect: &Rect| !others.iter().any(|o| *o != r && o.touches(*rect));
     let mut place = None;
     for (w, h) in sizes {
-        let tries = places(r, w, h, edge);
+        let tries = places(r, w, h, area);
         let apart: Vec<Rect> = tries.iter().copied().filter(clear).collect();
         place = plot
             .placer
@@ -330,4 +344,5 @@ fn draw_point(plot: &mut Plot, point: &ScatterPoint) {
     };
     plot.raw(&out);
     plot.placer.take(Rect::new(x - 5.0, y - 5.0, 10.0, 10.0));
+    plot.placer.point((x, y));
 }

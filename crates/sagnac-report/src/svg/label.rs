@@ -87,6 +87,7 @@ pub(crate) struct Placer {
     taken: Vec<Rect>,
     ink: Vec<(f64, f64)>,
     leaders: Vec<((f64, f64), (f64, f64))>,
+    points: Vec<(f64, f64)>,
 }
 
 impl Placer {
@@ -97,7 +98,23 @@ impl Placer {
             taken: Vec::new(),
             ink: Vec::new(),
             leaders: Vec::new(),
+            points: Vec::new(),
         }
+    }
+
+    /// A point that has a label of its own: others keep nearer to theirs than to it.
+    pub(crate) fn point(&mut self, p: (f64, f64)) {
+        self.points.push(p);
+    }
+
+    /// Whether a label there would be taken for that of another point: it stands beside that one, not beside its own.
+    fn misleads(&self, rect: Rect, own: (f64, f64)) -> bool {
+        let beside = |p: (f64, f64)| {
+            let near = rect.nearest(p);
+            p.1 >= rect.y && p.1 <= rect.y + rect.h && (near.0 - p.0).abs() < 26.0
+        };
+        let is_other = |p: &&(f64, f64)| (p.0 - own.0).hypot(p.1 - own.1) > 2.5;
+        !beside(own) && self.points.iter().filter(is_other).any(|p| beside(*p))
     }
 
     /// No label may touch this rectangle.
@@ -171,7 +188,7 @@ impl Placer {
                     ask.point.1 - sin * distance - (sin * 1.5).clamp(-1.0, 1.0) * 0.5 * h,
                 );
                 let rect = Rect::new(center.0 - 0.5 * w, center.1 - 0.5 * h, w, h);
-                if !rect.inside(self.bounds) {
+                if !rect.inside(self.bounds) || self.misleads(rect, ask.point) {
                     continue;
                 }
                 let padded = rect.grown(2.0);
@@ -245,5 +262,28 @@ mod tests {
         }
         assert!(placed.len() >= 4);
         assert!(placed.len() < 20, "twenty labels of this size cannot fit");
+    }
+
+    #[test]
+    fn no_label_stands_beside_the_point_of_another() {
+        // Above and left there is no room: what is left is beside the lower point.
+        let ask = Ask {
+            point: (60.0, 8.0),
+            size: (60.0, 14.0),
+            direction: Some(0.0),
+            gap: 8.0,
+            reach: 30.0,
+        };
+        let place = |points: &[(f64, f64)]| {
+            let mut placer = Placer::new(Rect::new(40.0, 0.0, 120.0, 60.0));
+            placer.take(Rect::new(66.0, 0.0, 100.0, 16.0));
+            for p in points {
+                placer.point(*p);
+            }
+            placer.place(ask)
+        };
+        assert!(place(&[(60.0, 8.0)]).is_some());
+        let lower: Vec<(f64, f64)> = (18..60).map(|y| (45.0, f64::from(y))).collect();
+        assert!(place(&lower).is_none());
     }
 }

@@ -75,10 +75,13 @@ impl DemoOutcome {
 
     fn grade_sections(&self, catalogue: &Catalogue) -> Result<Vec<Section>, Error> {
         let charts = area_charts(catalogue, std::slice::from_ref(&self.model), None)?;
-        let page = grade_page(std::slice::from_ref(&self.grade), charts, "", "");
+        let page = grade_page(catalogue, std::slice::from_ref(&self.grade), charts, "", "")?;
         let mut first = Section::new("grade", "Grade and application area", "")
             .with(Block::Paragraph(page.opening.verdict.clone()));
         for section in page.sections() {
+            if !section.heading.is_empty() {
+                first.blocks.push(Block::Heading(section.heading));
+            }
             first.blocks.extend(section.blocks);
         }
         Ok(vec![first])
@@ -143,8 +146,8 @@ fn words(check: &Check) -> (String, Unit) {
     let (sensor, axis) = check.axis.split_once('_').unwrap_or(("", &check.axis));
     let gyro = sensor == "gyro";
     let (term, unit) = match (check.term, gyro) {
-        ("bias_instability", true) => ("bias instability", Unit::DEG_PER_H),
-        ("bias_instability", false) => ("bias instability", Unit::MICRO_G),
+        ("bias_instability", true) => ("bias instability B", Unit::DEG_PER_H),
+        ("bias_instability", false) => ("bias instability B", Unit::MICRO_G),
         (_, true) => ("angle random walk", Unit::DEG_PER_SQRT_H),
         (_, false) => ("velocity random walk", Unit::M_PER_S_PER_SQRT_H),
     };
