@@ -7,7 +7,7 @@ use sagnac::report::text::{Document, Style, width};
 use sagnac::{Error, Kind};
 
 use crate::args::{Color, Common, Format};
-use crate::progress::Progress;
+use crate::progress::{Progress, Redrawn};
 
 /// The surroundings of one run.
 #[allow(
@@ -96,6 +96,18 @@ impl Context {
             unicode: self.utf8,
             color: self.color_out,
         }
+    }
+
+    /// A text that is redrawn in place on standard error; none where that is no terminal, or nothing is to be said.
+    pub(crate) fn redrawn(&self) -> Option<Redrawn> {
+        let dumb = std::env::var_os("TERM").is_some_and(|v| v == "dumb");
+        (!self.quiet && !dumb && io::stderr().is_terminal()).then(|| {
+            let style = Style {
+                unicode: self.utf8,
+                color: self.color_err,
+            };
+            Redrawn::new(style)
+        })
     }
 
     /// Says on the last lines of a text result which files were written.

@@ -117,6 +117,7 @@ impl LogOptions {
             any_topic: false,
             keep_others: false,
             keep_text: false,
+            is_live: false,
             threads: rayon::current_num_threads(),
         })
     }

@@ -4,6 +4,8 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use sagnac::report::text::{Document, Style};
+
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::time::Instant;
 
@@ -85,6 +87,33 @@ impl Progress {
                 .set_message(format!("{}  {} {counted}/s", self.label, short(rate)));
         }
         self.bar.set_position(done);
+    }
+}
+
+/// A text of several lines that is drawn over its predecessor and erased when done.
+pub(crate) struct Redrawn {
+    bar: ProgressBar,
+    style: Style,
+}
+
+impl Redrawn {
+    pub(crate) fn new(style: Style) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+        if let Ok(message) = ProgressStyle::with_template("{msg}") {
+            bar.set_style(message);
+        }
+        Self { bar, style }
+    }
+
+    pub(crate) fn draw(&self, document: &Document) {
+        self.bar
+            .set_message(document.render(self.style).trim_end().to_owned());
+    }
+}
+
+impl Drop for Redrawn {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 

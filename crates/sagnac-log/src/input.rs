@@ -2,6 +2,7 @@
 
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 
+use crate::live::fill;
 use crate::source::ReadSeek;
 use crate::{Error, Source, SourceBytes};
 
@@ -34,10 +35,10 @@ impl InputBytes {
 
 impl Input {
     /// Looks at the first bytes and takes gzip or zstd off.
-    pub(crate) fn open(source: Source) -> Result<Self, Error> {
+    pub(crate) fn open(source: Source, is_live: bool) -> Result<Self, Error> {
         let input = match source.bytes {
             SourceBytes::Stream(mut reader) => {
-                let head = head_of(&mut reader)?;
+                let head = head_of(&mut reader, is_live)?;
                 let bytes = InputBytes::Stream(Box::new(Cursor::new(head.clone()).chain(reader)));
                 Self {
                     head,
@@ -46,7 +47,7 @@ impl Input {
                 }
             }
             SourceBytes::File(mut reader) => {
-                let head = head_of(&mut reader)?;
+                let head = head_of(&mut reader, is_live)?;
                 reader.seek(SeekFrom::Start(0)).map_err(Error::read)?;
                 Self {
                     head,
@@ -56,10 +57,10 @@ impl Input {
             }
             SourceBytes::Folder(_) => return Err(Error::data("the log is a folder, not a file")),
         };
-        input.unpack()
+        input.unpack(is_live)
     }
 
-    fn unpack(self) -> Result<Self, Error> {
+    fn unpack(self, is_live: bool) -> Result<Self, Error> {
         if self.head.starts_with(&[0x1F, 0x8B]) {
             let inner = flate2::read::MultiGzDecoder::new(BufReader::with_capacity(
                 1 << 16,
@@ -71,6 +72,7 @@ impl Input {
                     kind: "gzip",
                 }),
                 ", gzip",
+                is_live,
             );
         }
         if self.head.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]) {
@@ -83,13 +85,18 @@ impl Input {
                     kind: "zstd",
                 }),
                 ", zstd",
+                is_live,
             );
         }
         Ok(self)
     }
 
-    fn packed(mut reader: Box<dyn Read + Send>, packed: &'static str) -> Result<Self, Error> {
-        let head = head_of(&mut reader)?;
+    fn packed(
+        mut reader: Box<dyn Read + Send>,
+        packed: &'static str,
+        is_live: bool,
+    ) -> Result<Self, Error> {
+        let head = head_of(&mut reader, is_live)?;
         let bytes = InputBytes::Stream(Box::new(Cursor::new(head.clone()).chain(reader)));
         Ok(Self {
             head,
@@ -99,12 +106,9 @@ impl Input {
     }
 }
 
-fn head_of(reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
+fn head_of(reader: &mut dyn Read, is_live: bool) -> Result<Vec<u8>, Error> {
     let mut head = Vec::with_capacity(HEAD);
-    reader
-        .take(HEAD as u64)
-        .read_to_end(&mut head)
-        .map_err(Error::read)?;
+    fill(reader, &mut head, HEAD, is_live).map_err(Error::read)?;
     Ok(head)
 }
 

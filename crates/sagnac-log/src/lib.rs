@@ -14,6 +14,7 @@ pub mod health;
 mod input;
 mod issue;
 mod layout;
+mod live;
 mod log;
 mod map;
 mod npy;

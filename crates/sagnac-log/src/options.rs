@@ -22,6 +22,8 @@ pub struct ReadOptions {
     pub end_s: Option<f64>,
     /// `--axes 'x=-y, y=x, z=z'`.
     pub axes: Option<String>,
+    /// The log is still being written: rows are handed on as they come, a text table is recognized by its first rows.
+    pub is_live: bool,
     /// Threads that may parse at once; 0: as many as the machine has.
     pub threads: usize,
 }

@@ -31,7 +31,7 @@ pub use json::estimate_json;
 pub use page::PageFacts;
 pub(crate) use page::allan as allan_panel;
 pub use terms::{TermKey, candidates, dimension_of, key_of};
-pub(crate) use text::{shown, shown_sensor};
+pub(crate) use text::{remarks, shown, shown_sensor, table as estimates_table};
 
 /// A log with the name that results call it by.
 #[derive(Debug, Clone, PartialEq)]

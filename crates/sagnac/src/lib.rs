@@ -20,6 +20,7 @@ mod error;
 pub mod explain;
 pub mod export;
 pub mod findings;
+pub mod follow;
 mod from_crates;
 pub mod grade;
 pub mod import;

@@ -45,7 +45,7 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
         }
         return Ok(Box::new(oxts::Oxts::open(folder)?));
     }
-    let input = Input::open(source)?;
+    let input = Input::open(source, options.is_live)?;
     let packed = input.packed;
     let raw: Box<dyn RawReader> = if input.head.starts_with(b"\x93NUMPY") {
         Box::new(Npy::open(input.bytes, packed)?)
@@ -78,6 +78,7 @@ pub(crate) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn RawR
         Box::new(TextTable::open(
             input.bytes.into_stream(),
             options.threads,
+            options.is_live,
             packed,
         )?)
     };

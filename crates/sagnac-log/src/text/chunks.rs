@@ -7,10 +7,13 @@ use std::thread;
 
 use super::grouped;
 use super::rows::{Chunk, RowError, RowPlan};
+use crate::live::read_some;
 use crate::{Block, Error};
 
 /// Bytes of a chunk: a few L2 caches' worth is parsed between two hand-overs.
 const CHUNK: usize = 512 * 1024;
+/// Bytes that a log which is still being written is asked for at once.
+const LIVE: usize = 128 * 1024;
 /// No line of a table is longer.
 const LONGEST_LINE: usize = 4 << 20;
 
@@ -21,6 +24,8 @@ struct Cutter {
     /// What ended the stream early; told after the whole lines before it.
     error: Option<Error>,
     done: bool,
+    /// Whole lines are handed on as they come.
+    is_live: bool,
 }
 
 impl Cutter {
@@ -36,11 +41,12 @@ impl Cutter {
         loop {
             let want = (CHUNK.saturating_sub(buffer.len())).max(CHUNK / 8);
             let old = buffer.len();
-            let read = self
-                .reader
-                .by_ref()
-                .take(want as u64)
-                .read_to_end(&mut buffer);
+            let read = if self.is_live {
+                read_some(&mut *self.reader, &mut buffer, old + want.min(LIVE))
+            } else {
+                let mut part = self.reader.by_ref().take(want as u64);
+                part.read_to_end(&mut buffer)
+            };
             let got = match read {
                 Ok(got) => got,
                 Err(error) => {
@@ -53,7 +59,7 @@ impl Cutter {
                     return Ok(Some(buffer));
                 }
             };
-            if got < want {
+            if got == 0 || (got < want && !self.is_live) {
                 self.done = true;
                 return Ok(Some(buffer).filter(|b| !b.is_empty()));
             }
@@ -106,6 +112,7 @@ impl Chunks {
         plan: RowPlan,
         lines_before: u64,
         threads: usize,
+        is_live: bool,
     ) -> Self {
         let plan = Arc::new(plan);
         let cutter = Cutter {
@@ -113,6 +120,7 @@ impl Chunks {
             rest: Vec::new(),
             error: None,
             done: false,
+            is_live,
         };
         let workers = match threads {
             0 => thread::available_parallelism().map_or(1, usize::from),

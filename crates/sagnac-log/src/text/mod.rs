@@ -12,6 +12,7 @@ use self::chunks::Chunks;
 pub(crate) use self::dialect::name_and_unit;
 use self::dialect::{Dialect, Separator};
 use self::rows::{RowError, RowPlan, RowProblem};
+use crate::live::fill;
 use crate::map::hints::describe;
 use crate::map::raw::{Plan, RawLayout, RawReader};
 use crate::{Block, Error};
@@ -29,6 +30,7 @@ pub(crate) struct TextTable {
     start: Option<(Vec<u8>, Box<dyn Read + Send>)>,
     chunks: Option<Chunks>,
     threads: usize,
+    is_live: bool,
 }
 
 impl TextTable {
@@ -36,20 +38,17 @@ impl TextTable {
     pub(crate) fn open(
         mut reader: Box<dyn Read + Send>,
         threads: usize,
+        is_live: bool,
         packed: &str,
     ) -> Result<Self, Error> {
         let mut sample = Vec::with_capacity(SAMPLE);
-        let got = reader
-            .by_ref()
-            .take(SAMPLE as u64)
-            .read_to_end(&mut sample)
-            .map_err(Error::read)?;
+        let is_whole = fill(&mut reader, &mut sample, SAMPLE, is_live).map_err(Error::read)?;
         refuse_binary(&sample)?;
         if memchr::memchr(b'\n', &sample).is_none() && sample.contains(&b'\r') {
             ends_by_newline(&mut sample);
             reader = Box::new(LinesByReturn(reader));
         }
-        let dialect = dialect::sniff(&sample, got < SAMPLE)?;
+        let dialect = dialect::sniff(&sample, is_whole)?;
         let euroc = euroc_columns(&dialect);
         let mut layout = RawLayout {
             has_names: dialect.has_header,
@@ -87,7 +86,7 @@ impl TextTable {
                 .notes
                 .push(format!("{n} line{s} before the table skipped"));
         }
-        if got < SAMPLE && dialect.body_start >= sample.len() {
+        if is_whole && dialect.body_start >= sample.len() {
             let what = if dialect.has_header {
                 "the log has a header and no rows"
             } else {
@@ -104,6 +103,7 @@ impl TextTable {
             start: Some((sample, reader)),
             chunks: None,
             threads,
+            is_live,
         })
     }
 }
@@ -161,6 +161,7 @@ impl RawReader for TextTable {
                 rows,
                 self.dialect.body_line,
                 self.threads,
+                self.is_live,
             ));
         }
         Ok(())

@@ -22,6 +22,7 @@
 //! );
 //! ```
 
+mod curve;
 mod document;
 mod number;
 mod style;
@@ -29,6 +30,7 @@ mod table;
 mod time;
 mod unit;
 
+pub use curve::{Curve, curves};
 pub use document::{Document, Finding, is_note, wrap};
 pub use number::{
     Estimate, EstimateText, decimals_of, estimate, fixed, general, group_numbers, group_thousands,

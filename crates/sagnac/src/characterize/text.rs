@@ -110,6 +110,11 @@ fn one(log: &LogOutcome, out: &mut Document) {
         out.blank();
         out.table(table(&axes, sensor));
     }
+    remarks(log, out);
+}
+
+/// What was found in a log and what speaks against its numbers.
+pub(crate) fn remarks(log: &LogOutcome, out: &mut Document) {
     let findings = gathered(findings(log));
     if !findings.is_empty() {
         out.blank();
@@ -143,7 +148,8 @@ fn one(log: &LogOutcome, out: &mut Document) {
     }
 }
 
-fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
+/// The estimates of a sensor's axes, a term a row.
+pub(crate) fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
     let shown_as = shown_sensor(sensor);
     let mut heading = vec![shown_as.title()];
     heading.extend(axes.iter().map(|a| ["x", "y", "z"][a.index]));
