@@ -57,6 +57,9 @@ impl Precision {
     }
 }
 
+/// A log of more samples than this is planned as one of so many.
+pub const MOST_SAMPLES: f64 = 1e18;
+
 /// The bound for a log of `duration_s` at `step_s`, all terms of `terms` that are not zero unknown.
 ///
 /// Agrees with the scatter of [`crate::fit::estimate`] within 10 % wherever a term stands clear.
@@ -69,7 +72,7 @@ impl Precision {
 /// assert!((n * (2.0 * 360_000.0_f64).sqrt() - 1.0).abs() < 1e-4);
 /// ```
 pub fn precision(terms: &NoiseTerms, duration_s: f64, step_s: f64) -> Precision {
-    let n = (duration_s / step_s).round().clamp(4.0, 1e12) as usize;
+    let n = (duration_s / step_s).round().clamp(4.0, MOST_SAMPLES) as usize;
     let log = BinnedLog::empty(n);
     let problem = Problem::new(&[&log], false);
     let mut build = Columns {
@@ -202,17 +205,24 @@ pub fn mean_error(terms: &NoiseTerms, duration_s: f64, step_s: f64) -> f64 {
     terms.mean_variance(duration_s, step_s).sqrt()
 }
 
-/// The length \[s\] from which doubling the time betters the mean's error by less than 10 %; none within ten years.
+/// The length \[s\] from which on doubling the time never betters the mean's error by 10 %; none within ten years.
+///
+/// A Gauss–Markov process holds the error up for about its correlation time and then lets it fall on: such a plateau is
+/// not the end.
 pub fn mean_saturates(terms: &NoiseTerms, step_s: f64) -> Option<f64> {
-    let mut duration = step_s;
-    while duration < 10.0 * 365.25 * 86_400.0 {
+    let most = 10.0 * 365.25 * 86_400.0_f64;
+    let mut end = None;
+    let mut steps = ((most / step_s).ln() / 1.02_f64.ln()).ceil();
+    while steps >= 0.0 {
+        let duration = step_s * 1.02_f64.powf(steps);
         let gain = mean_error(terms, 2.0 * duration, step_s) / mean_error(terms, duration, step_s);
-        if gain > 0.9 {
-            return Some(duration);
+        if gain <= 0.9 {
+            break;
         }
-        duration *= 1.02;
+        end = Some(duration);
+        steps -= 1.0;
     }
-    None
+    end
 }
 
 #[cfg(test)]
@@ -284,6 +294,58 @@ mod tests {
         let d = duration_for(&t, 0.02, &[(PlannedTerm::Flicker, 0.05)]).unwrap();
         assert!(precision(&t, d, 0.02).flicker.unwrap() <= 0.05);
         assert!(precision(&t, 0.99 * d, 0.02).flicker.unwrap() > 0.05);
+    }
+
+    #[test]
+    fn a_plateau_of_a_gauss_markov_process_is_not_the_end() {
+        let markov = NoiseTerms {
+            gauss_markov: vec![(4.0, 30.0)],
+            ..terms(1.0, 0.0, 0.0)
+        };
+        // The mean falls as 1/√T for good once T is many correlation times.
+        assert_eq!(mean_saturates(&markov, 0.04), None);
+        let with_walk = NoiseTerms {
+            random_walk: 1e-3,
+            ..markov
+        };
+        let end = mean_saturates(&with_walk, 0.04).unwrap();
+        let gain = |d: f64| mean_error(&with_walk, 2.0 * d, 0.04) / mean_error(&with_walk, d, 0.04);
+        assert!(end > 3600.0, "{end}");
+        assert!(gain(end) > 0.9 && gain(end / 1.03) <= 0.9);
+        assert!((1..40).all(|k| gain(end * 1.5_f64.powi(k)) > 0.9));
+    }
+
+    #[test]
+    fn a_very_high_rate_helps_white_noise_alone() {
+        for (t, duration) in [
+            (terms(1.0, 0.3, 0.0), 3600.0),
+            (terms(1.0, 0.3, 0.03), 86_400.0),
+        ] {
+            let (slow, fast) = (precision(&t, duration, 5e-4), precision(&t, duration, 1e-9));
+            let same =
+                |a: Option<f64>, b: Option<f64>| (a.unwrap() / b.unwrap() - 1.0).abs() < 0.02;
+            assert!(same(slow.flicker, fast.flicker), "{slow:?} {fast:?}");
+            assert!(t.random_walk == 0.0 || same(slow.random_walk, fast.random_walk));
+            let most = (duration * 1e9 * 2.0).sqrt();
+            assert!((fast.white.unwrap() * most - 1.0).abs() < 0.05, "{fast:?}");
+        }
+        let markov = NoiseTerms {
+            gauss_markov: vec![(1.0, 30.0)],
+            ..terms(1.0, 0.0, 0.0)
+        };
+        let (slow, fast) = (
+            precision(&markov, 7200.0, 5e-4),
+            precision(&markov, 7200.0, 1e-9),
+        );
+        for (a, b) in [
+            (slow.gauss_markov[0].0, fast.gauss_markov[0].0),
+            (slow.gauss_markov[0].1, fast.gauss_markov[0].1),
+        ] {
+            assert!(
+                (a.unwrap() / b.unwrap() - 1.0).abs() < 0.02,
+                "{slow:?} {fast:?}"
+            );
+        }
     }
 
     #[test]

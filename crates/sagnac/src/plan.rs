@@ -8,11 +8,11 @@ use crate::characterize::key_of;
 use crate::{Error, noise_terms};
 use sagnac_analysis::fit::{NoiseTerms, Term};
 use sagnac_analysis::plan::{
-    PlannedTerm, Precision, duration_for, mean_error, mean_saturates, precision,
+    MOST_SAMPLES, PlannedTerm, Precision, duration_for, mean_error, mean_saturates, precision,
 };
 use sagnac_core::Sensor;
 use sagnac_model::Model;
-use sagnac_report::text::{Cell, Document, Table, Unit, duration, general};
+use sagnac_report::text::{Cell, Document, Table, Unit, duration, general, significant};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 
@@ -38,7 +38,7 @@ pub struct PlannedAxis {
     pub precision: Precision,
     /// Standard error of the mean over the planned length, in SI.
     pub mean_sigma: f64,
-    /// Length, in s from which doubling it betters the mean by less than 10 %.
+    /// Length, in s from which on doubling it never betters the mean by 10 %.
     pub mean_saturates_s: Option<f64>,
 }
 
@@ -57,6 +57,9 @@ pub struct Plan {
     pub decides: Vec<(String, String, f64)>,
 }
 
+/// No inertial sensor is sampled faster.
+const HIGHEST_RATE_HZ: f64 = 1e9;
+
 /// Lengths of the curve, in s: 10 min to 1 day.
 const CURVE_S: [f64; 9] = [
     600.0, 1800.0, 3600.0, 7200.0, 14_400.0, 28_800.0, 43_200.0, 64_800.0, 86_400.0,
@@ -65,9 +68,21 @@ const CURVE_S: [f64; 9] = [
 /// Plans the length of a log of the model's sensor at `rate_hz` (none: the model's, else 100 Hz).
 ///
 /// # Errors
-/// A model without noise; a name that is no term or that no axis has; a precision that a year does not reach.
+/// A rate or length that no log has; a model without noise; a name that is no term or that no axis has; a precision that a year does not reach.
 pub fn plan(model: &Model, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Plan, Error> {
     let rate_hz = rate_hz.or_else(|| model.sample_rate_hz()).unwrap_or(100.0);
+    if !(1e-6..=HIGHEST_RATE_HZ).contains(&rate_hz) {
+        return Err(Error::usage("the rate must lie between 1e-6 Hz and 1e9 Hz")
+            .at(format!("a rate of {} Hz", general(rate_hz, 3)))
+            .advise("write for instance --rate 200Hz"));
+    }
+    if let Wanted::Duration(d) = wanted
+        && d * rate_hz > MOST_SAMPLES
+    {
+        return Err(Error::usage("no log is that long")
+            .at(format!("{} at {} Hz", duration(*d), general(rate_hz, 3)))
+            .advise("write for instance --duration 4h"));
+    }
     let step_s = 1.0 / rate_hz;
     let mut axes = Vec::new();
     for sensor in Sensor::ALL {
@@ -457,13 +472,9 @@ fn columns_of(terms: &NoiseTerms) -> Vec<(String, PlannedTerm)> {
     out
 }
 
+/// A precision with two significant digits.
 fn percent(share: f64) -> String {
-    let p = 100.0 * share;
-    if p < 1.95 {
-        format!("{p:.1} %")
-    } else {
-        format!("{p:.0} %")
-    }
+    format!("{} %", significant(100.0 * share, 2))
 }
 
 /// A length to about one per cent, in whole minutes or seconds.
