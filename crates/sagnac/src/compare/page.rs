@@ -1,6 +1,7 @@
 //! The page of `compare`: term by term, and the measured Allan deviation over that of the sheet.
 
-use super::{ComparedTerm, ComparisonOutcome};
+use super::text::headline;
+use super::{ComparedAxis, ComparedTerm, ComparisonOutcome};
 use crate::characterize::{AxisOutcome, Outcome, allan_panel, shown_sensor};
 use crate::noise_terms;
 use sagnac_analysis::compare::Verdict;
@@ -101,7 +102,7 @@ impl ComparisonOutcome {
         let rows: Vec<CompareRow> = self
             .logs
             .iter()
-            .flat_map(|(name, axes)| axes.iter().map(move |a| (name, a)))
+            .flat_map(|log| log.axes.iter().map(move |a| (&log.name, a)))
             .flat_map(|(name, axis)| {
                 axis.terms.iter().map(move |t| {
                     let label = format!("{}, {}", axis.axis.replace('_', " "), label_of(t));
@@ -114,25 +115,30 @@ impl ComparisonOutcome {
                 })
             })
             .collect();
+        let all: Vec<ComparedAxis> = self.logs.iter().flat_map(|l| l.axes.clone()).collect();
         let count = |verdict: Verdict| {
-            self.logs
-                .iter()
-                .flat_map(|l| &l.1)
-                .flat_map(|a| &a.terms)
-                .filter(|t| t.result.is_some_and(|r| r.verdict == verdict))
-                .count()
+            let terms = all.iter().flat_map(|a| &a.terms);
+            terms.filter(|t| t.verdict() == verdict).count()
         };
-        let (worse, unclear) = (count(Verdict::Worse), count(Verdict::Unclear));
-        let head = if worse == 0 {
-            "The unit is as its sheet says or better."
-        } else {
-            "The unit is not as its sheet says."
-        };
-        opening.verdict = Rich::new().bold(head).plain(format!(
-            " Of {} terms {worse} are worse than the sheet, {} better, {unclear} unclear.",
+        opening.verdict = Rich::new().bold(headline(&all).1).plain(format!(
+            " Of {} rows {} are worse than the sheet, {} better, {} unclear.",
             rows.len(),
-            count(Verdict::Better)
+            count(Verdict::Worse),
+            count(Verdict::Better),
+            count(Verdict::Unclear)
         ));
+        for (name, issues) in self.logs.iter().flat_map(|l| &l.issues) {
+            opening.limits.extend(issues.iter().map(|issue| {
+                let channel = issue.channel.as_deref().unwrap_or("the log");
+                let kind = issue.kind.name();
+                Rich::new().plain(format!("{name}, {channel}, {kind}: {}", issue.text))
+            }));
+        }
+        if !self.left_out.is_empty() {
+            let list = self.left_out.join(", ");
+            let text = format!("In the sheet, not compared: {list}.");
+            opening.limits.push(Rich::new().plain(text));
+        }
         opening.name.clone_from(&self.reference);
         opening.subtitle = subtitle;
         ComparePage {
@@ -166,13 +172,17 @@ fn label_of(term: &ComparedTerm) -> String {
         "noise density".to_owned()
     } else if term.name == "bias_stability" {
         "run-to-run bias".to_owned()
+    } else if term.name.ends_with(".sigma") {
+        "sigma of a Gauss-Markov process".to_owned()
+    } else if term.name.ends_with(".correlation_time") {
+        "correlation time of a Gauss-Markov process".to_owned()
     } else {
-        term_in_sentence(term.name)
+        term_in_sentence(&term.name)
     }
 }
 
 fn row(label: String, sensor: Sensor, t: &ComparedTerm) -> CompareRow {
-    let (unit, factor) = super::shown_unit(sensor, t);
+    let (unit, factor) = super::text::shown_unit(sensor, t);
     let measured = crate::characterize::shown(&t.measured)
         .scaled(unit.per_si * factor)
         .text();
@@ -186,7 +196,7 @@ fn row(label: String, sensor: Sensor, t: &ComparedTerm) -> CompareRow {
         sheet: general(t.reference * unit.per_si * factor, 3),
         unit: unit.page.to_owned(),
         ratio: (ratio.value, ratio.interval),
-        verdict: t.result.map_or("unclear", |r| r.verdict.name()).to_owned(),
+        verdict: t.verdict().name().to_owned(),
         text: t.text.clone(),
     }
 }
