@@ -322,10 +322,14 @@ impl<'a> State<'a> {
                 .filter(|a| a.sensor == sensor)
                 .filter_map(|a| {
                     let curve = a.allan.as_ref()?;
-                    let points = curve.tau_s.iter().zip(&curve.deviation);
+                    // One difference alone may lie anywhere.
+                    let known = |k: &usize| curve.edf[*k].is_none_or(|edf| edf >= 2.0);
+                    let places = (0..curve.tau_s.len()).filter(known);
                     Some(Curve {
                         mark: ['x', 'y', 'z'][a.index],
-                        points: points.map(|(&t, &d)| (t, d * unit.per_si)).collect(),
+                        points: places
+                            .map(|k| (curve.tau_s[k], curve.deviation[k] * unit.per_si))
+                            .collect(),
                     })
                 })
                 .collect();

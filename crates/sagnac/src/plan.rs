@@ -80,7 +80,11 @@ pub fn plan(model: &Model, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Plan
         && d * rate_hz > MOST_SAMPLES
     {
         return Err(Error::usage("no log is that long")
-            .at(format!("{} at {} Hz", duration(*d), general(rate_hz, 3)))
+            .at(format!(
+                "{} s at {} Hz",
+                general(*d, 3),
+                general(rate_hz, 3)
+            ))
             .advise("write for instance --duration 4h"));
     }
     let step_s = 1.0 / rate_hz;
@@ -490,5 +494,62 @@ fn rounded(seconds: f64) -> f64 {
         seconds
     } else {
         (seconds / unit).round() * unit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    fn planned_for(body: &str, duration_s: f64, rate_hz: f64) -> Result<Plan, Error> {
+        let text = format!("schema = 1\nname = \"a\"\n[gyro.noise]\n{body}");
+        let model = Model::parse(&text, "a.toml").unwrap();
+        plan(&model, &Wanted::Duration(duration_s), Some(rate_hz))
+    }
+
+    #[test]
+    fn small_precisions_have_two_digits() {
+        let plan = planned_for(
+            "angle_random_walk = \"0.3 deg/sqrt(h)\"\n",
+            86_400.0,
+            2000.0,
+        );
+        let text = plan
+            .unwrap()
+            .document()
+            .render(sagnac_report::text::Style::PLAIN);
+        // 1/sqrt(2 n)
+        assert!(text.contains("1 day           0.0054 %"), "{text}");
+        assert_eq!(
+            (percent(0.123), percent(0.999)),
+            ("12 %".into(), "100 %".into())
+        );
+    }
+
+    #[test]
+    fn rates_and_lengths_that_no_log_has_are_refused() {
+        let white = "angle_random_walk = \"0.3 deg/sqrt(h)\"\n";
+        for (duration_s, rate_hz) in [(3600.0, 1e10), (3600.0, 1e-9), (1e30, 100.0)] {
+            let error = planned_for(white, duration_s, rate_hz).unwrap_err();
+            assert_eq!(error.kind, crate::Kind::Usage, "{error:?}");
+        }
+        assert!(planned_for(white, 3600.0, 1e9).is_ok());
+    }
+
+    #[test]
+    fn a_gauss_markov_term_does_not_end_the_gain() {
+        let markov = "gauss_markov = [{ sigma = \"60 deg/h\", correlation_time = \"30 s\" }]\n";
+        let text = |body: &str| {
+            let plan = planned_for(body, 57_600.0, 25.0).unwrap();
+            plan.document().render(sagnac_report::text::Style::PLAIN)
+        };
+        assert!(
+            !text(markov).contains("no longer helps"),
+            "{}",
+            text(markov)
+        );
+        let walk = format!("{markov}rate_random_walk = \"1 deg/h/sqrt(h)\"\n");
+        assert!(text(&walk).contains("no longer"), "{}", text(&walk));
     }
 }

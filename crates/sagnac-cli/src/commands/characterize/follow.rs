@@ -22,12 +22,15 @@ use crate::progress::Redrawn;
 /// How often the state is said.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Waits at the end of a file for more of it.
+/// Waits at the end of a file for more of it; an interrupt is its end.
 struct Tail(File);
 
 impl Read for Tail {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
+            if INTERRUPTED.load(Ordering::SeqCst) {
+                return Ok(0);
+            }
             let n = self.0.read(buffer)?;
             if n > 0 || buffer.is_empty() {
                 return Ok(n);
@@ -136,18 +139,17 @@ struct Live<'a> {
 impl Live<'_> {
     /// Takes parts until there are no more, the wanted precision is reached, or an interrupt says that it is over.
     fn run(&mut self, parts: &Receiver<Part>) -> Result<(), Error> {
-        loop {
+        while !INTERRUPTED.load(Ordering::SeqCst) {
             let wait = Duration::from_millis(100);
             let over = match parts.recv_timeout(wait) {
                 Ok(Ok((block, layout))) => self.take(block, layout)?,
-                // Whatever ended the recording may have cut its last line.
+                // What ends the recording may cut its last line.
                 Ok(Err(_)) if INTERRUPTED.load(Ordering::SeqCst) => true,
                 Ok(Err(e)) => return Err(e),
                 Err(RecvTimeoutError::Timeout) => false,
                 Err(RecvTimeoutError::Disconnected) => true,
             };
-            let interrupted = INTERRUPTED.load(Ordering::SeqCst);
-            if over || interrupted {
+            if over {
                 return Ok(());
             }
             let due = self
@@ -157,10 +159,23 @@ impl Live<'_> {
                 return Ok(());
             }
         }
+        self.rest(parts)
     }
 
-    /// Adds rows; with a wanted precision looks as often as its growth asks for, at whatever speed it comes.
-    fn take(&mut self, mut block: Block, layout: Layout) -> Result<bool, Error> {
+    /// What was on its way when the interrupt came; the other end may go on or be silent.
+    fn rest(&mut self, parts: &Receiver<Part>) -> Result<(), Error> {
+        let until = Instant::now() + 2 * SECOND;
+        while Instant::now() < until
+            && let Ok(Ok((block, layout))) = parts.recv_timeout(SECOND)
+        {
+            self.begin(layout)?;
+            append(&mut self.named.log, &block);
+        }
+        Ok(())
+    }
+
+    /// Keeps what is known of the log; refuses at its first rows what it can never tell.
+    fn begin(&mut self, layout: Layout) -> Result<(), Error> {
         let log = &mut self.named.log;
         if log.rows == 0 {
             if let Some(wanted) = self.wanted {
@@ -179,6 +194,12 @@ impl Live<'_> {
             log.columns = vec![Vec::new(); layout.channels.len()];
         }
         log.layout = layout;
+        Ok(())
+    }
+
+    /// Adds rows; with a wanted precision looks as often as its growth asks for, at whatever speed it comes.
+    fn take(&mut self, mut block: Block, layout: Layout) -> Result<bool, Error> {
+        self.begin(layout)?;
         while block.rows > 0 {
             let log = &mut self.named.log;
             let room = if self.wanted.is_some() {
@@ -199,7 +220,8 @@ impl Live<'_> {
                 return Ok(true);
             }
             if INTERRUPTED.load(Ordering::SeqCst) {
-                return Ok(true);
+                append(&mut self.named.log, &block);
+                break;
             }
         }
         Ok(false)
