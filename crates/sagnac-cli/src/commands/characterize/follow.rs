@@ -22,17 +22,26 @@ use crate::progress::Redrawn;
 /// How often the state is said.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Waits at the end of a file for more of it; an interrupt is its end.
-struct Tail(File);
+/// Waits at the end of a file for more of it; an interrupt is its end, in a text an early one: its last line is not whole.
+struct Tail {
+    file: File,
+    is_text: Option<bool>,
+}
 
 impl Read for Tail {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             if INTERRUPTED.load(Ordering::SeqCst) {
-                return Ok(0);
+                return match self.is_text {
+                    Some(true) => Err(io::Error::other("interrupted")),
+                    _ => Ok(0),
+                };
             }
-            let n = self.0.read(buffer)?;
+            let n = self.file.read(buffer)?;
             if n > 0 || buffer.is_empty() {
+                let is_byte_of_text = |c: &u8| *c > 31 || (9..14).contains(c);
+                self.is_text
+                    .get_or_insert_with(|| buffer[..n].iter().all(is_byte_of_text));
                 return Ok(n);
             }
             std::thread::sleep(Duration::from_millis(50));
@@ -56,7 +65,13 @@ pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Resul
                 crate::context::plain(&e)
             ))
         })?;
-        Source::stream(path.display().to_string(), Tail(file))
+        Source::stream(
+            path.display().to_string(),
+            Tail {
+                file,
+                is_text: None,
+            },
+        )
     } else {
         crate::inputs::source(path)?.0
     };
