@@ -172,7 +172,8 @@ impl CertificatePage {
     }
 
     fn has_annex(&self) -> bool {
-        self.correlation.is_some()
+        !self.is_one_sheet()
+            || self.correlation.is_some()
             || self.poses.is_some()
             || !self.fits.is_empty()
             || !self.hints.is_empty()
@@ -189,9 +190,30 @@ impl CertificatePage {
         }
     }
 
+    /// Whether the residuals find room on the sheet that is signed: those of one sensor do.
+    fn is_one_sheet(&self) -> bool {
+        self.results.len() < 2
+    }
+
+    /// Residuals, before and after; none where there are none.
+    fn residual_section(&self, heading: &str) -> Option<Section> {
+        if self.residuals.is_empty() && self.before_after.is_empty() {
+            return None;
+        }
+        let mut section = Section::new("residuals", heading, "");
+        for r in &self.residuals {
+            section = section.with(Block::Wide(r.figure()));
+        }
+        let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
+        Some(section.with(Block::Panels(histograms)))
+    }
+
     /// The second sheet.
     fn annex(&self) -> Vec<Section> {
         let mut sections = Vec::new();
+        if !self.is_one_sheet() {
+            sections.extend(self.residual_section("Annex: residuals"));
+        }
         if !self.fits.is_empty() {
             let mut table = HtmlTable::new(
                 "fit",
@@ -274,13 +296,8 @@ impl CertificatePage {
             result = result.with(Block::Raw(table.html("parameters")));
         }
         sections.push(result.with(Block::Paragraph(self.result_note.clone())));
-        if !self.residuals.is_empty() || !self.before_after.is_empty() {
-            let mut residuals = Section::new("residuals", "Residuals", "");
-            for r in &self.residuals {
-                residuals = residuals.with(Block::Wide(r.figure()));
-            }
-            let histograms: Vec<Figure> = self.before_after.iter().map(Histogram::figure).collect();
-            sections.push(residuals.with(Block::Panels(histograms)));
+        if self.is_one_sheet() {
+            sections.extend(self.residual_section("Residuals"));
         }
         sections.push(
             Section::new("limits", "Not determined by this test", "")
@@ -311,5 +328,20 @@ mod tests {
         let html = CertificatePage::default().html();
         assert!(html.contains("<dt>Customer</dt><dd></dd>"));
         assert!(html.contains("k = 2"));
+    }
+
+    #[test]
+    fn residuals_of_two_sensors_follow_the_signatures() {
+        let page = |sensors: usize| {
+            let page = CertificatePage {
+                results: vec![ResultTable::default(); sensors],
+                before_after: vec![Histogram::default()],
+                ..CertificatePage::default()
+            };
+            let html = page.html();
+            let at = |part: &str| html.find(part).unwrap_or(0);
+            at("id=\"residuals\"") > at("class=\"signs\"")
+        };
+        assert!(!page(1) && page(2));
     }
 }
