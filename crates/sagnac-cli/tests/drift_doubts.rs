@@ -71,3 +71,34 @@ fn increments_begin_without_a_residue() {
         "{linear} not in {ends:?}"
     );
 }
+
+#[test]
+fn a_requirement_says_whose_range_the_motion_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("own");
+    fs::create_dir(&own).unwrap();
+    let text = format!("name = \"narrow\"\n[gyro]\nrange = \"2 deg/s\"\n{QUIET}");
+    fs::write(own.join("narrow.toml"), text).unwrap();
+    let budget = |trajectory: &str| {
+        let args = [
+            "budget",
+            "--cep",
+            "1 km",
+            "--after",
+            "5min",
+            "--catalog",
+            "own",
+            "--trajectory",
+            trajectory,
+        ];
+        flat(&String::from_utf8_lossy(
+            &sagnac(folder.path(), &args).stderr,
+        ))
+    };
+    let said = budget("drive");
+    assert!(
+        said.contains("narrow: the motion asks 2.26 deg/s of gyro z"),
+        "{said}"
+    );
+    assert!(!budget("rest").contains("narrow"), "nothing turns at rest");
+}

@@ -125,6 +125,8 @@ pub struct Candidate {
     rank: usize,
     /// CEP or R95 of the Monte Carlo with its 95 % interval.
     pub confirmed: Option<(f64, [Option<f64>; 2])>,
+    /// Why its figures are not to be trusted on this trajectory.
+    pub doubts: Vec<String>,
 }
 
 /// What a parameter may be.
@@ -247,14 +249,18 @@ pub fn budget(request: &BudgetRequest<'_>) -> Result<BudgetOutcome, Error> {
         .par_iter()
         .zip(&places)
         .map(|((model, sensor), place)| {
-            let end = match scenes[*place].1.covariance_at(sensor, dt_of(model)) {
-                Ok(drift) => drift.end(),
+            let scene = &scenes[*place].1;
+            let drift = match scene.covariance_at(sensor, dt_of(model)) {
+                Ok(drift) => drift,
                 // A gyro that cannot find north does not meet the requirement.
                 Err(sagnac_nav::Error::Alignment { .. }) if self_aligned => return Ok(None),
                 Err(error) => return Err(Error::from(error)),
             };
+            let end = drift.end();
             let price = price_class(model);
+            let doubts = scene.doubts(sensor, &drift, dt_of(model));
             Ok(Some(Candidate {
+                doubts: doubts.iter().map(crate::drift::doubt_text).collect(),
                 sensor: model.name().to_owned(),
                 cep_m: end.radius_m(0.5),
                 r95_m: end.radius_m(0.95),

@@ -191,7 +191,7 @@ pub fn drift_with_progress(
     if request.rate_hz.is_none() && request.model.sample_rate_hz().is_none() {
         notes.push("the model has no sample_rate: 100 Hz is taken".to_owned());
     }
-    let doubts = scene.doubts(&sensor, &covariance);
+    let doubts = scene.doubts(&sensor, &covariance, setting.dt_s);
     let values = covariance
         .terms()
         .iter()
@@ -403,7 +403,7 @@ pub(crate) fn doubt_text(doubt: &Doubt) -> String {
             time_s,
             limit,
         } => format!(
-            "the motion asks {} of {} {} at {} s, beyond its range of {}: the covariance does not know what is cut off, --method monte-carlo does",
+            "the motion asks {} of {} {} at {} s, beyond its range of {}: the covariance does not know what is cut off, drift --method monte-carlo does",
             output_text(sensor, reaches),
             sensor.name(),
             axis.key(),
@@ -416,7 +416,7 @@ pub(crate) fn doubt_text(doubt: &Doubt) -> String {
             step,
             noise,
         } => format!(
-            "the steps of {} {}, {}, are too coarse for its noise of {} steps (1 sigma, 0.35 are needed): the output sticks, and the covariance takes rounding for white noise; --method monte-carlo rounds",
+            "the steps of {} {}, {}, are too coarse for its noise of {} steps (1 sigma, 0.35 are needed): the output sticks, and the covariance takes rounding for white noise; drift --method monte-carlo rounds",
             sensor.name(),
             axis.key(),
             output_text(sensor, step),

@@ -160,6 +160,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             let outcome = search
                 .common
                 .ask(None, Figure::Cep, limit_m, after_s, false, context)?;
+            for warning in outcome.warnings() {
+                context.warn(&warning);
+            }
             context.show(|| outcome.document(), || outcome.to_json())
         }
         Action::Show(show) => {

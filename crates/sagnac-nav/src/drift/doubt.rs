@@ -41,10 +41,11 @@ const ENOUGH_NOISE: f64 = 0.35;
 const MATTERS: f64 = 0.21;
 
 impl Scene {
-    /// Why `found`, the covariance of `sensor` here, is not to be trusted; the worst axis of each sensor.
-    pub fn doubts(&self, sensor: &SensorErrors, found: &CovarianceDrift) -> Vec<Doubt> {
+    /// Why `found`, the covariance here of `sensor` at a sampling interval, is not to be trusted; the worst axis of each
+    /// sensor.
+    pub fn doubts(&self, sensor: &SensorErrors, found: &CovarianceDrift, dt_s: f64) -> Vec<Doubt> {
         let mut out = self.clipped(sensor);
-        out.extend(self.sticks(sensor, found));
+        out.extend(self.sticks(sensor, found, dt_s));
         out
     }
 
@@ -74,7 +75,7 @@ impl Scene {
         Sensor::ALL.into_iter().filter_map(worst).collect()
     }
 
-    fn sticks(&self, sensor: &SensorErrors, found: &CovarianceDrift) -> Vec<Doubt> {
+    fn sticks(&self, sensor: &SensorErrors, found: &CovarianceDrift, dt_s: f64) -> Vec<Doubt> {
         let mut out = Vec::new();
         let mut power = 0.0;
         for s in Sensor::ALL {
@@ -88,7 +89,7 @@ impl Scene {
                 if step <= 0.0 {
                     continue;
                 }
-                let noise = sample_sigma(sensor, s, axis, self.setting.dt_s) / step;
+                let noise = sample_sigma(sensor, s, axis, dt_s) / step;
                 if noise >= ENOUGH_NOISE {
                     continue;
                 }

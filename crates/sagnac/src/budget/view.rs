@@ -14,6 +14,7 @@ impl BudgetOutcome {
                     let mut v = json!({
                         "sensor": c.sensor,
                         "cep_m": c.cep_m,
+                        "invalid_because": c.doubts,
                         "r95_m": c.r95_m,
                         "price_class": c.price.as_ref().map(|p| p.0),
                         "price_evidence": c.price.as_ref().map(|p| p.1.as_str()),
@@ -43,9 +44,12 @@ impl BudgetOutcome {
 
     /// Warnings for standard error.
     pub fn warnings(&self) -> Vec<String> {
-        crate::drift::warning_of_missing(&self.missing)
+        let mut out: Vec<String> = crate::drift::warning_of_missing(&self.missing)
             .into_iter()
-            .collect()
+            .collect();
+        let shown = self.met_by.iter().chain(&self.nearest);
+        out.extend(shown.flat_map(|c| c.doubts.iter().map(move |d| format!("{}: {d}", c.sensor))));
+        out
     }
 
     fn kilometres(&self, value_m: f64) -> String {

@@ -152,14 +152,17 @@ impl RecordingOutcome {
             .filter(|&h| self.starts[h] == 0)
             .map(|h| format!("{} s", self.horizon_s[h]))
             .collect();
-        let limits = if without.is_empty() {
-            Vec::new()
-        } else {
-            vec![Rich::new().plain(format!(
-                "No start counts for {}: log or reference is too short, or has a gap above 0.05 s at both ends or in between.",
+        let mut limits: Vec<Rich> = self
+            .warnings
+            .iter()
+            .map(|warning| Rich::new().plain(format!("{warning}.")))
+            .collect();
+        if !without.is_empty() {
+            limits.push(Rich::new().plain(format!(
+                "No start counts for {}: log or reference is too short, or has a gap above 0.05 s near its ends or in between.",
                 without.join(", ")
-            ))]
-        };
+            )));
+        }
         RecordingPage {
             opening: Opening {
                 name: self.sensor.clone(),
