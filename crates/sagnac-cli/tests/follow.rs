@@ -59,7 +59,7 @@ fn ended(mut child: Child) -> (i32, String, String) {
         if let Some(status) = child.try_wait().unwrap() {
             break status;
         }
-        if started.elapsed() > Duration::from_secs(60) {
+        if started.elapsed() > Duration::from_mins(1) {
             let _ = child.kill();
             let mut said = String::new();
             child

@@ -2,6 +2,10 @@
 
 /// The options `--columns --rate --topic --start --end --axes`, as the user wrote them or already as numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "independent switches, named where they are set"
+)]
 pub struct ReadOptions {
     /// `--columns 'time=0:us, gyro=4,5,6:deg/s'`.
     pub columns: Option<String>,

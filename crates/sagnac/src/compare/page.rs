@@ -172,7 +172,7 @@ fn label_of(term: &ComparedTerm) -> String {
         "noise density".to_owned()
     } else if term.name == "bias_stability" {
         "run-to-run bias".to_owned()
-    } else if term.name.ends_with(".sigma") {
+    } else if term.name.ends_with("sigma") {
         "sigma of a Gauss-Markov process".to_owned()
     } else if term.name.ends_with(".correlation_time") {
         "correlation time of a Gauss-Markov process".to_owned()

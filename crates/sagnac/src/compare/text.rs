@@ -105,7 +105,7 @@ fn label(term: &ComparedTerm) -> &str {
         _ if term.is_density => "density",
         "bias_stability" => "run-to-run",
         "gauss_markov" => "GM",
-        name if name.ends_with(".sigma") => "GM sigma",
+        name if name.ends_with("sigma") => "GM sigma",
         name if name.ends_with(".correlation_time") => "GM time",
         name => term_symbol(name).unwrap_or(name),
     }
