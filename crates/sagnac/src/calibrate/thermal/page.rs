@@ -14,8 +14,9 @@ use crate::calibrate::json::unit;
 use crate::calibrate::sheet::{self, EXPANDED, page_unit, page_words};
 use crate::calibrate::text::title;
 
-/// Rows of a curve in the table of results.
+/// Rows of a curve in the table of results, and of each of two.
 const ROWS: usize = 5;
+const ROWS_OF_TWO: usize = 3;
 
 impl ThermalOutcome {
     /// The certificate.
@@ -46,9 +47,8 @@ impl ThermalOutcome {
             verdict: Rich::from(minus(&page_words(&self.verdict()))),
             method: Rich::from(format!(
                 "The sensor at rest while its temperature is swept; {} samples in bins of each branch between turning \
-                 points of the temperature. Output = b(T) ± ½ h(T); order and form by 10-fold cross-validation over the \
-                 bins: the smallest order within two standard errors of the best. Covariance by the scatter of the bins \
-                 and a random walk in time, wider where neighboring bins scatter together.",
+                 points. Output = b(T) ± ½ h(T); order and form by 10-fold cross-validation, the smallest order within two \
+                 standard errors of the best. Covariance by the scatter of the bins and a random walk in time.",
                 self.samples
             )),
             references: self.references(&sensors),
@@ -57,11 +57,18 @@ impl ThermalOutcome {
                 "{EXPANDED}; it covers the scatter of the bins about the curve. The curve is the middle between heating \
                  and cooling; half their difference is not in the ±."
             )),
-            before_after: sensors.iter().flat_map(|s| self.histograms(*s)).collect(),
+            before_after: sensors
+                .first()
+                .map_or_else(Vec::new, |s| self.histograms(*s)),
             not_determined: Rich::from(minus(&page_words(&not_determined))),
             heading: "output and residuals against temperature".to_owned(),
-            panels: curves()
-                .map(curve_figure)
+            // One pair leaves the sheet one sheet.
+            panels: sensors
+                .iter()
+                .skip(1)
+                .flat_map(|s| self.histograms(*s))
+                .map(|h| h.figure())
+                .chain(curves().map(curve_figure))
                 .chain(
                     curves()
                         .filter(|c| c.kind == Kind::Bias)
@@ -80,7 +87,7 @@ impl ThermalOutcome {
             quantity: "Temperature".to_owned(),
             standard: "the log's temperature channel".to_owned(),
             uncertainty: "taken as exact".to_owned(),
-            in_result: "its error shifts the curves along the axis of temperature".to_owned(),
+            in_result: "its error shifts the curves along temperature".to_owned(),
         }];
         if sensors.contains(&Sensor::Accel)
             && let Some(up) = &self.request.up
@@ -113,6 +120,8 @@ impl ThermalOutcome {
     /// Values of the curves at temperatures of the range.
     fn results(&self, sensor: Sensor) -> ResultTable {
         let mut rows = Vec::new();
+        let is_two = (0..3).any(|k| self.curve(sensor, Kind::ScaleFactor, k).is_some());
+        let most = if is_two { ROWS_OF_TWO } else { ROWS };
         for kind in [Kind::Bias, Kind::ScaleFactor] {
             let of = |k: usize| self.curve(sensor, kind, k);
             let Some(first) = (0..3).find_map(of) else {
@@ -126,7 +135,7 @@ impl ThermalOutcome {
                 Kind::ScaleFactor => "Scale factor",
             };
             let n = first.temperature_c.len();
-            for i in (0..n).step_by((n - 1) / (ROWS - 1)) {
+            for i in (0..n).step_by((n - 1) / (most - 1)) {
                 let at = degrees(first.temperature_c[i]);
                 rows.push(ResultRow {
                     name: minus(&format!("{word} at {at} °C")),
