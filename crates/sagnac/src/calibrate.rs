@@ -21,6 +21,8 @@ pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 pub use sheet::{CertificateTexts, PageFacts};
 pub use thermal::{ThermalOutcome, ThermalRequest, thermal};
 
+pub(crate) use text::{short_beside, stem};
+
 use place::place_gravity;
 
 use sagnac_calibrate::stations::{self, Asked, Options, Outcome, Station, reference};

@@ -309,7 +309,7 @@ pub(super) fn not_determined(found: &Outcome) -> String {
 }
 
 /// A path without its axis.
-pub(super) fn stem(name: &str) -> String {
+pub(crate) fn stem(name: &str) -> String {
     name.trim_end_matches(['x', 'y', 'z'])
         .trim_end_matches('.')
         .trim_end_matches(".x")
@@ -340,7 +340,7 @@ pub(super) fn short(names: &[String]) -> String {
 }
 
 /// Names with their axes gathered; of terms that other axes determine, with the axes.
-pub(super) fn short_beside(names: &[String], is_estimated: impl Fn(&str) -> bool) -> String {
+pub(crate) fn short_beside(names: &[String], is_estimated: impl Fn(&str) -> bool) -> String {
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in names {
         let stem = stem(name);

@@ -6,6 +6,7 @@ use sagnac_report::text::general;
 
 use super::{Columns, CorrectOutcome};
 use crate::Error;
+use crate::calibrate::{short_beside, stem};
 
 /// The model without the terms for which the log lacks a channel; what that means is noted.
 pub(super) fn usable(
@@ -73,9 +74,13 @@ pub(super) fn usable(
         .push(format!("a model cannot take out {list}."));
     let held = held_at_zero(model);
     if !held.is_empty() {
+        let determined = |of: &str| {
+            let names = model.calibrations().iter().flat_map(|c| &c.names);
+            names.into_iter().any(|name| stem(name) == of)
+        };
         outcome.notes.push(format!(
             "not corrected, held at zero in the calibration: {}",
-            held.join(", ")
+            short_beside(&held, determined)
         ));
     }
     Ok(core)
