@@ -114,42 +114,90 @@ pub struct Outlier {
     pub term: Option<Term>,
     /// How many times the median of the others, where a term differs.
     pub ratio: Option<f64>,
+    /// Whether that median is of upper limits, so that the ratio is at least so large.
+    pub is_bound: bool,
     /// Probability of its likelihood ratio against the pooled terms.
     pub p_value: Option<f64>,
 }
 
-/// Sensors whose N, B or K on one axis is off the median of at least three others by more than 5 of its own standard
-/// deviations and more than 5 robust ones of theirs.
+/// What a log says of a term: a value with its σ, or a bound.
+#[derive(Clone, Copy)]
+struct Told {
+    value: f64,
+    sigma: Option<f64>,
+}
+
+fn told(axis: &AxisEstimate, term: Term) -> Option<Told> {
+    let of = |e: &Estimate| match e.status {
+        Status::Absent => None,
+        Status::UpperLimit => e.upper.map(|value| Told { value, sigma: None }),
+        Status::Detected => e.value.zip(e.sigma).map(|(value, sigma)| Told {
+            value,
+            sigma: Some(sigma),
+        }),
+    };
+    if term == Term::GaussMarkov {
+        // Of several processes the largest.
+        let all = axis.gauss_markov.iter().filter_map(|g| of(&g.sigma));
+        return all.max_by(|a, b| a.value.total_cmp(&b.value));
+    }
+    of(axis.term(term)?)
+}
+
+/// Sensors whose N, B, K or Gauss–Markov σ on one axis is off the median of at least three others by more than 5 of its
+/// own standard deviations and more than 5 robust ones of theirs.
+///
+/// Where that median or more of the others have upper limits alone, what stands as far above these differs as well.
 pub fn fleet_outliers(axes: &[Option<&AxisEstimate>]) -> Vec<Outlier> {
     let mut out = Vec::new();
-    for term in [Term::White, Term::Flicker, Term::RandomWalk] {
-        let values: Vec<Option<(f64, f64)>> = axes
+    for term in [
+        Term::White,
+        Term::Flicker,
+        Term::RandomWalk,
+        Term::GaussMarkov,
+    ] {
+        let values: Vec<Option<Told>> = axes
             .iter()
-            .map(|axis| {
-                let e = axis.and_then(|a| a.term(term))?;
-                Some((e.value?, e.sigma?))
-            })
+            .map(|axis| axis.and_then(|a| told(a, term)))
             .collect();
         for (log, own) in values.iter().enumerate() {
-            let Some((value, sigma)) = *own else { continue };
-            let mut others: Vec<f64> = values
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| *i != log)
-                .filter_map(|(_, v)| v.map(|v| v.0))
-                .collect();
-            if others.len() < 3 {
+            let Some(Told {
+                value,
+                sigma: Some(sigma),
+            }) = *own
+            else {
                 continue;
-            }
-            let center = median(&mut others);
-            let mut distances: Vec<f64> = others.iter().map(|o| (o - center).abs()).collect();
-            let spread = 1.4826 * median(&mut distances);
-            let off = (value - center).abs();
-            if off > 5.0 * sigma && off > 5.0 * spread {
+            };
+            let others = values.iter().enumerate().filter(|(i, _)| *i != log);
+            let others: Vec<Told> = others.filter_map(|(_, v)| *v).collect();
+            // The distance from the median of some of the others, where it counts.
+            let differs = |of: Vec<f64>| {
+                let mut of = of;
+                if of.len() < 3 {
+                    return None;
+                }
+                let center = median(&mut of);
+                let mut distances: Vec<f64> = of.iter().map(|o| (o - center).abs()).collect();
+                let spread = 1.4826 * median(&mut distances);
+                let off = value - center;
+                (off.abs() > 5.0 * sigma && off.abs() > 5.0 * spread).then_some((off, center))
+            };
+            let known = others.iter().filter(|o| o.sigma.is_some());
+            let among_known = differs(known.map(|o| o.value).collect());
+            let above = differs(others.iter().map(|o| o.value).collect());
+            let above = above.filter(|(off, _)| *off > 0.0);
+            let bounds = others.iter().any(|o| o.sigma.is_none());
+            let found = match (among_known, above) {
+                (Some((_, center)), _) => Some((center, false)),
+                (None, Some((_, center))) if bounds => Some((center, true)),
+                _ => None,
+            };
+            if let Some((center, is_bound)) = found {
                 out.push(Outlier {
                     log,
                     term: Some(term),
                     ratio: Some(value / center),
+                    is_bound,
                     p_value: None,
                 });
             }

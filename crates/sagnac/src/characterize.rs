@@ -9,6 +9,8 @@ mod model_file;
 mod page;
 mod page_words;
 mod pool;
+mod pooled_text;
+mod removed;
 mod series;
 mod terms;
 mod text;
@@ -136,6 +138,8 @@ pub struct SensorAxis {
     pub pooled: PooledEstimate,
     /// Logs that are in it.
     pub runs: usize,
+    /// Logs that give numbers for it, by their place in the outcome: those and the outliers left out.
+    pub used: Vec<usize>,
 }
 
 /// What the logs say.
@@ -307,6 +311,7 @@ fn one_log(
         temperature_c,
     };
     findings::add(&mut outcome, health.dt_s, model);
+    removed::add(&mut outcome, health);
     Ok(outcome)
 }
 

@@ -104,7 +104,7 @@ pub fn compare_logs(outcome: &Outcome, reference: &Model) -> Result<ComparisonOu
                         (Term::RandomWalk, p.random_walk),
                     ],
                     gauss_markov: p.gauss_markov.clone(),
-                    stability: Some(p.bias_stability),
+                    stability: Some(p.run_to_run.stability),
                     is_coarse: !p.white.is_detected()
                         && outcome.logs.iter().any(|l| is_coarse(l, &axis.axis)),
                 };

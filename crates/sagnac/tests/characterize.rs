@@ -333,3 +333,203 @@ fn a_model_has_limits_and_the_units_of_the_text() {
         "{model}"
     );
 }
+
+fn one_sensor() -> Request {
+    Request {
+        one_sensor: true,
+        ..Request::default()
+    }
+}
+
+fn plain(outcome: &Outcome) -> String {
+    let text = outcome.document().render(Style::PLAIN);
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn one_sensor_names_what_each_log_shows_and_counts_runs_with_numbers() {
+    let short = named("short.csv", gyros(3, &[1.0], 40, |_| true));
+    let gap = named(
+        "gap.csv",
+        gyros(4, &[1.0], 20_000, |k| !(5000..9000).contains(&k)),
+    );
+    let good = named("good.csv", gyros(5, &[1.0], 20_000, |_| true));
+    let stuck: String = gyros(6, &[1.0], 20_000, |_| true)
+        .lines()
+        .enumerate()
+        .map(|(k, l)| {
+            let time = l.split(',').next().unwrap_or_default();
+            // Zeros of both signs are one value.
+            let zero = if k % 2 == 0 { "0" } else { "-0.0" };
+            if k == 0 {
+                format!("{l}\n")
+            } else {
+                format!("{time},{zero}\n")
+            }
+        })
+        .collect();
+    let stuck = named("stuck.csv", stuck);
+    let logs = [gap.clone(), good, short, stuck.clone()];
+    let outcome = characterize(&logs, &one_sensor()).unwrap();
+    let axis = &outcome.sensor.as_ref().unwrap()[0];
+    assert_eq!((axis.runs, axis.used.as_slice()), (2, &[0, 1][..]));
+    let words = plain(&outcome);
+    for said in [
+        "4 logs of one sensor, 2 with numbers;",
+        "2 runs know a run-to-run bias to a factor of about 70 only",
+        "short.csv: gyro_x left out: 40 samples",
+        "stuck.csv: gyro_x left out: one value all the time",
+        "gap.csv warning: log gap",
+    ] {
+        assert!(words.contains(said), "{said}: {words}");
+    }
+    assert!(!words.contains("The mean's"), "{words}");
+    // Nothing to pool is an error, not an agreement.
+    let twice = [stuck.clone(), stuck];
+    let none = characterize(&twice, &one_sensor()).unwrap_err();
+    assert_eq!(
+        (none.exit_code(), none.what.contains("fewer than two")),
+        (1, true)
+    );
+    let other = named(
+        "y.csv",
+        gyros(8, &[1.0], 9000, |_| true).replace("gyro_x", "gyro_y"),
+    );
+    let apart = characterize(&[gap, other], &one_sensor()).unwrap_err();
+    assert!(apart.what.contains("no axis in common"), "{apart}");
+}
+
+/// A gyro axis with a temperature: noise of 0.01 rad/s about `bias`.
+fn warm(seed: u64, celsius: f64, bias: f64) -> NamedLog {
+    let noise = gyros(seed, &[0.01, 0.1], 6000, |_| true);
+    let mut text = String::from("time [s],gyro_x [rad/s],temperature [degC]\n");
+    for line in noise.lines().skip(1) {
+        let c: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        text += &format!("{},{},{}\n", c[0], c[1] + bias, c[2] + celsius);
+    }
+    named(&format!("at{celsius}.csv"), text)
+}
+
+#[test]
+fn the_runs_temperatures_give_the_bias_of_temperature_to_text_and_model() {
+    let bias = |t: f64| 1e-3 * (t - 40.0) + 2e-5 * (t - 40.0_f64).powi(2);
+    let logs: Vec<NamedLog> = [10.0, 25.0, 40.0, 55.0, 70.0]
+        .iter()
+        .zip(1..)
+        .map(|(&t, seed)| warm(seed, t, bias(t)))
+        .collect();
+    let outcome = characterize(&logs, &one_sensor()).unwrap();
+    let words = plain(&outcome);
+    assert!(words.contains("Bias per K^2"), "{words}");
+    assert!(
+        words.contains("5 runs, 2 degrees of freedom of which go to the temperature"),
+        "{words}"
+    );
+    let json = outcome.to_json();
+    let regressors = json["sensor"]["axes"][0]["regressors"].as_array().unwrap();
+    let model = outcome.to_model().unwrap();
+    for (power, truth) in [(1, 1e-3), (2, 2e-5)] {
+        let entry = model.under(
+            sagnac::core::Sensor::Gyro,
+            &format!("bias.temperature.{power}"),
+            0,
+        );
+        let entry = entry.unwrap();
+        let (value, sigma) = (entry.value.unwrap(), entry.sigma.unwrap());
+        assert!(
+            (value - truth).abs() < 3.0 * sigma,
+            "{power}: {value} {sigma}"
+        );
+        assert_eq!(regressors[power - 1]["value"].as_f64(), Some(value));
+    }
+    let toml = model.to_toml();
+    let range = toml
+        .lines()
+        .find(|l| l.starts_with("temperature_range"))
+        .unwrap();
+    assert!(range.contains("9.9") && range.contains("70.0"), "{range}");
+}
+
+#[test]
+fn a_log_with_a_term_far_above_the_others_limits_differs() {
+    let logs: Vec<NamedLog> = (0..5)
+        .map(|k| {
+            let mut walk = 0.0;
+            let noise = gyros(50 + k, &[1.0, 1.0], 20_000, |_| true);
+            let mut text = String::from("time [s],gyro_x [rad/s]\n");
+            for line in noise.lines().skip(1) {
+                let c: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+                walk += if k == 2 { 0.03 * c[2] } else { 0.0 };
+                text += &format!("{},{}\n", c[0], c[1] + walk);
+            }
+            named(&format!("unit{k}.csv"), text)
+        })
+        .collect();
+    let fleet = characterize(&logs, &Request::default()).unwrap();
+    let said = fleet.differences();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("unit2.csv: gyro_x K is more than "),
+        "{said:?}"
+    );
+    assert!(
+        characterize(&logs[..2], &Request::default())
+            .unwrap()
+            .outliers
+            .is_empty()
+    );
+}
+
+#[test]
+fn a_bias_that_was_taken_out_is_told_where_the_log_shows_it() {
+    let rows = 20_000;
+    let cells: Vec<Vec<f64>> = gyros(77, &[1.0, 1.0, 1.0], rows, |_| true)
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').map(|c| c.parse().unwrap()).collect())
+        .collect();
+    let log = |change: &dyn Fn(usize, usize) -> f64| {
+        let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]\n");
+        for (k, row) in cells.iter().enumerate() {
+            text += &format!("{}", row[0]);
+            for axis in 1..4 {
+                text += &format!(",{}", change(k, axis));
+            }
+            text += "\n";
+        }
+        characterize(&[named("log.csv", text)], &Request::default()).unwrap()
+    };
+    let removed = |outcome: &Outcome| -> Vec<(String, f64)> {
+        let issues = outcome.logs[0].issues.iter();
+        let of = issues.filter(|i| i.kind == sagnac::log::IssueKind::BiasRemoved);
+        of.map(|i| {
+            (
+                i.channel.clone().unwrap_or_default(),
+                i.end_s - outcome.logs[0].first_s,
+            )
+        })
+        .collect()
+    };
+    assert!(removed(&log(&|k, axis| cells[k][axis] + 0.1)).is_empty());
+    // The mean of the first 30 s.
+    let first = |axis: usize| cells[..3000].iter().map(|r| r[axis]).sum::<f64>() / 3000.0;
+    let means = [0.0, first(1), first(2), first(3)];
+    let told = removed(&log(&|k, axis| cells[k][axis] - means[axis]));
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(
+        told[0].0 == "gyro" && (told[0].1 - 30.0).abs() < 0.02,
+        "{told:?}"
+    );
+    // A first-order high-pass at 1 Hz.
+    let mut passed = vec![[0.0; 4]; rows];
+    for axis in 1..4 {
+        let mut low = cells[0][axis];
+        for k in 0..rows {
+            low += 0.06 * (cells[k][axis] - low);
+            passed[k][axis] = cells[k][axis] - low;
+        }
+    }
+    let told = removed(&log(&|k, axis| passed[k][axis]));
+    let axes: Vec<&str> = told.iter().map(|t| t.0.as_str()).collect();
+    assert_eq!(axes, ["gyro_x", "gyro_y", "gyro_z"]);
+}

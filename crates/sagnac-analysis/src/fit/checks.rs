@@ -3,6 +3,7 @@
 //! Thresholds: a step or a warm-up those of `columns`; a changing scatter > 10 % and > 6 of its own standard errors; a
 //! filter leaves the top octave under the white level and falling, and a spectrum that no mixture of the terms explains.
 
+use super::coarse::is_coarse;
 use super::estimate::{Active, ActiveKind, Work};
 use super::fill::FittedSpectrum;
 use super::goodness;
@@ -420,16 +421,21 @@ fn difference_scatter(
     (clipped / std::f64::consts::SQRT_2, n)
 }
 
-/// Rounding too coarse for the noise; whether so coarse that Q and N are bounded only (σ_w < 0.7 LSB).
-pub(super) fn rounding(data: &AxisData<'_>, end_s: f64) -> Option<(Finding, bool)> {
+/// Scatter of the longest stretch in steps of the values' grid.
+pub(super) fn scatter_in_steps(data: &AxisData<'_>) -> Option<f64> {
     let lsb = data.lsb.filter(|q| *q > 0.0)?;
     let longest = data.segments.iter().max_by_key(|s| s.samples.len())?;
     let (sigma, _) = difference_scatter(longest, 0..longest.samples.len(), Some(lsb), 200_000);
-    let ratio = sigma / lsb;
+    Some(sigma / lsb)
+}
+
+/// Rounding too coarse for the noise; whether so coarse that Q and N are bounded only (σ_w < 0.7 LSB).
+pub(super) fn rounding(data: &AxisData<'_>, end_s: f64) -> Option<(Finding, bool)> {
+    let ratio = scatter_in_steps(data)?;
     if ratio >= 1.5 {
         return None;
     }
-    let coarse = ratio < 0.7;
+    let coarse = is_coarse(ratio);
     let rest = if coarse {
         ": quantization and white noise are bounded only"
     } else {

@@ -6,6 +6,7 @@
 
 use super::bins::{Column, Layout, SegmentSpectrum};
 use super::checks;
+use super::coarse::Coarse;
 use super::columns::regressors;
 use super::cumulant;
 use super::dct::{dct2, fast_length};
@@ -268,6 +269,21 @@ pub(super) fn prepare(
         options,
         &grown,
     );
+    // A drift across a step of the grid changes the mean by that step: none that the sensor made.
+    if options.data_checks
+        && let Some(coarse) = Coarse::of(data)
+        && active.iter().enumerate().any(|(i, a)| {
+            let size = grown.0.beta[0].get(i).map_or(0.0, |b| b.abs() * work.scale);
+            matches!(a.kind, ActiveKind::Step(..) | ActiveKind::WarmUp(_))
+                && size < 2.0 * coarse.step
+        })
+    {
+        let unchecked = FitOptions {
+            data_checks: false,
+            ..*options
+        };
+        return prepare(data, &unchecked);
+    }
     Ok(Prepared {
         work,
         active,
@@ -463,6 +479,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             }
         }
     }
+    let coarse = Coarse::of(data);
     if let Some((finding, coarse)) = checks::rounding(data, end_s) {
         findings.push(finding);
         if coarse {
@@ -520,7 +537,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             Estimate::limit(units.root(k, limit(&problem, &tests, k)))
         };
     }
-    let gauss_markov = if options.candidates.gauss_markov == 0 || short && work.samples < 160 {
+    let mut gauss_markov = if options.candidates.gauss_markov == 0 || short && work.samples < 160 {
         vec![GaussMarkovEstimate {
             sigma: Estimate::ABSENT,
             correlation_time_s: Estimate::ABSENT,
@@ -537,12 +554,16 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         )
     };
 
+    if let Some(coarse) = &coarse {
+        coarse.bound(&mut single, &mut gauss_markov);
+    }
+
     let mut fitted = units.terms(&best.parameters);
     let mut ratios = [None; 5];
     for k in 0..4 {
         ratios[k] = allowed[k].then_some(tests.ratios[k]);
     }
-    let (ramp, ratio) = ramp(
+    let (mut ramp, ratio) = ramp(
         &work,
         &active,
         &problem,
@@ -552,6 +573,9 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         options.candidates.ramp,
     );
     ratios[4] = ratio;
+    if let Some(coarse) = &coarse {
+        ramp = coarse.slope(ramp);
+    }
     fitted.ramp = ramp.value.unwrap_or(0.0);
 
     // Goodness of fit of the bins used, and the spectrum for people to look at.
@@ -602,7 +626,9 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     findings.extend(checks::regressor_findings(
         &work, &active, &best, data, end_s,
     ));
+    // Where a step hides the noise, the scatter is a matter of where the mean stands.
     if options.data_checks
+        && coarse.is_none()
         && let Some(finding) = checks::non_stationary(data)
     {
         findings.push(finding);
@@ -614,6 +640,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         let used_s = (work.samples - work.filled) as f64 * work.step_s;
         variance += fitted.white.powi(2) * (1.0 / used_s - 1.0 / duration_s);
     }
+    variance += coarse.map_or(0.0, |c| c.mean_variance());
     let error = variance.sqrt();
     let mean = Estimate::detected(
         work.mean,

@@ -12,6 +12,7 @@
 
 mod bins;
 mod checks;
+mod coarse;
 mod columns;
 mod cumulant;
 mod dct;
@@ -27,6 +28,7 @@ mod pool;
 mod profile;
 mod regress;
 mod results;
+mod runs;
 mod select;
 mod spectra;
 mod terms;
@@ -34,7 +36,8 @@ mod types;
 
 pub use estimate::estimate;
 pub use filled_deviation::filled_deviation;
-pub use pool::{PooledEstimate, bias_stability, estimate_pooled};
+pub use pool::{PooledEstimate, estimate_pooled};
+pub use runs::{RunToRun, run_to_run};
 
 pub use types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,

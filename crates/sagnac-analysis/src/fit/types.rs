@@ -421,6 +421,13 @@ pub struct AxisEstimate {
 }
 
 impl AxisEstimate {
+    /// Whether the steps of its values hide its noise, so that terms and mean are known to a step only.
+    pub fn is_coarse(&self) -> bool {
+        self.findings.iter().any(|f| {
+            f.kind == FindingKind::Quantization && f.size.is_some_and(super::coarse::is_coarse)
+        })
+    }
+
     /// The estimate of one of the single terms (not of Gauss–Markov terms and lines).
     pub fn term(&self, term: Term) -> Option<&Estimate> {
         match term {

@@ -68,13 +68,18 @@ pub(super) fn add(outcome: &mut LogOutcome, dt_s: f64, model: Option<&Model>) {
     new.extend(bias_removed(outcome));
     new.extend(earth_rate(outcome, model));
     outcome.issues.extend(new);
-    outcome.issues.sort_by(|a, b| {
+    let _ = dt_s;
+    sort(&mut outcome.issues);
+}
+
+/// In order of time, then of kind and channel.
+pub(super) fn sort(issues: &mut [Issue]) {
+    issues.sort_by(|a, b| {
         a.start_s
             .total_cmp(&b.start_s)
             .then(a.kind.cmp(&b.kind))
             .then(a.channel.cmp(&b.channel))
     });
-    let _ = dt_s;
 }
 
 /// The finding's sentence in users' units.
@@ -116,12 +121,16 @@ fn bias_removed(outcome: &LogOutcome) -> Option<Issue> {
         return None;
     }
     let all = gyro.iter().all(|axis| {
-        axis.estimate.as_ref().is_some_and(|e| {
-            e.mean
-                .value
-                .zip(e.mean.sigma)
-                .is_some_and(|(mean, sigma)| mean.abs() < 0.01 * sigma)
-        })
+        // A mean within a coarse step is zero by rounding.
+        axis.estimate
+            .as_ref()
+            .filter(|e| !e.is_coarse())
+            .is_some_and(|e| {
+                e.mean
+                    .value
+                    .zip(e.mean.sigma)
+                    .is_some_and(|(mean, sigma)| mean.abs() < 0.01 * sigma)
+            })
     });
     all.then(|| Issue {
         kind: IssueKind::BiasRemoved,

@@ -267,23 +267,27 @@ fn sensor_axis(axis: &SensorAxis) -> Value {
     terms.insert("gauss_markov".into(), markov(&p.gauss_markov, sensor));
     let output = dimension_of(sensor, Term::Flicker);
     let regressors: Vec<Value> = p
-        .bias_temperature
+        .run_to_run
+        .temperature
         .iter()
-        .map(|&(value, lower, upper)| {
+        .zip(1_u8..)
+        .map(|(&(value, lower, upper), power)| {
             json!({
-                "kind": "temperature.1",
+                "kind": format!("temperature.{power}"),
                 "value": value,
                 "lower": lower,
                 "upper": upper,
-                "unit": output.per_kelvin(1).si_unit(),
+                "unit": output.per_kelvin(power).si_unit(),
             })
         })
         .collect();
     json!({
         "axis": axis.axis,
         "terms": terms,
-        "bias_stability": in_dimension(&p.bias_stability, output),
+        "runs": axis.runs,
+        "bias_stability": in_dimension(&p.run_to_run.stability, output),
         "regressors": regressors,
+        "reference_temperature_c": number(p.run_to_run.reference_c),
         "confused": p.confused.iter().map(|&(a, b)| json!([key_of(sensor, a), key_of(sensor, b)])).collect::<Vec<_>>(),
     })
 }

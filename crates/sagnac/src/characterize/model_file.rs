@@ -71,7 +71,8 @@ pub(super) fn model(outcome: &Outcome) -> Result<Model, Error> {
     };
     let mut model = Model::new(&stem(&first.name));
     model.set_sample_rate_hz(first.rate_hz)?;
-    if let Some((mean, low, high)) = first.temperature_c {
+    let thermal = Thermal::of(outcome);
+    if let Some((mean, low, high)) = thermal.range_c {
         model.set_reference_temperature_c(mean);
         if high > low {
             model.set_temperature_range_c([low, high]);
@@ -79,6 +80,9 @@ pub(super) fn model(outcome: &Outcome) -> Result<Model, Error> {
     }
     for axis in &first.axes {
         single(&mut model, axis)?;
+        for (power, value, lower, upper) in thermal.of_axis(outcome, &axis.axis) {
+            temperature(&mut model, axis, power, [value, lower, upper])?;
+        }
     }
     for sensor in Sensor::ALL {
         let lists: Vec<(usize, Vec<GaussMarkovEstimate>)> = first
@@ -108,7 +112,7 @@ pub(super) fn model(outcome: &Outcome) -> Result<Model, Error> {
             put(&mut model, axis.sensor, axis.index, term, e)?;
         }
         let output = dimension_of(axis.sensor, Term::Flicker);
-        if let Some(entry) = entry(&p.bias_stability, output) {
+        if let Some(entry) = entry(&p.run_to_run.stability, output) {
             let path = format!("{}.bias.stability.{}", axis.sensor.key(), AXES[axis.index]);
             model.set(&path, entry)?;
         }
@@ -167,26 +171,88 @@ fn single(model: &mut Model, axis: &AxisOutcome) -> Result<(), Error> {
             put(model, sensor, axis.index, term, estimate)?;
         }
     }
-    let output = dimension_of(sensor, Term::Flicker);
-    for regressor in &e.regressors {
-        if let RegressorKind::Temperature { power } = regressor.kind {
-            let path = format!(
-                "{}.bias.temperature.{power}.{}",
-                sensor.key(),
-                AXES[axis.index]
-            );
-            let sigma = (regressor.upper - regressor.lower) / 3.92;
-            model.set(
-                &path,
-                Entry::estimate(
-                    regressor.value,
-                    sigma,
-                    [regressor.lower, regressor.upper],
-                    output.per_kelvin(power as u8),
-                ),
-            )?;
+    Ok(())
+}
+
+/// Where b(T) comes from: the runs' means, where temperature shows in them, else the log that went through most of it.
+struct Thermal {
+    /// The temperature that coefficients count from, and the range [°C].
+    range_c: Option<(f64, f64, f64)>,
+    pooled: bool,
+    log: usize,
+}
+
+impl Thermal {
+    fn of(outcome: &Outcome) -> Self {
+        let sensor = outcome.sensor.iter().flatten();
+        let reference = sensor
+            .filter_map(|a| a.pooled.run_to_run.reference_c)
+            .next();
+        let all = || {
+            outcome
+                .logs
+                .iter()
+                .enumerate()
+                .filter_map(|(i, l)| Some((i, l.temperature_c?)))
+        };
+        if let Some(reference) = reference {
+            let ends = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, t)| {
+                (a.min(t.1), b.max(t.2))
+            });
+            return Self {
+                range_c: Some((reference, ends.0, ends.1)),
+                pooled: true,
+                log: 0,
+            };
+        }
+        let of_one = outcome.sensor.is_some();
+        let widest = all()
+            .filter(|(i, _)| of_one || *i == 0)
+            .max_by(|a, b| (a.1.2 - a.1.1).total_cmp(&(b.1.2 - b.1.1)));
+        Self {
+            range_c: widest.map(|w| w.1),
+            pooled: false,
+            log: widest.map_or(0, |w| w.0),
         }
     }
+
+    /// Power, value, lower, upper of the coefficients of an axis.
+    fn of_axis(&self, outcome: &Outcome, axis: &str) -> Vec<(usize, f64, f64, f64)> {
+        if self.pooled {
+            let found = outcome.sensor.iter().flatten().find(|a| a.axis == axis);
+            let list = found.map_or(&[][..], |a| &a.pooled.run_to_run.temperature);
+            return list
+                .iter()
+                .zip(1..)
+                .map(|(&(value, lower, upper), power)| (power, value, lower, upper))
+                .collect();
+        }
+        let own = outcome.logs.get(self.log).into_iter().flat_map(|l| &l.axes);
+        own.filter(|a| a.axis == axis)
+            .flat_map(|a| a.estimate.iter().flat_map(|e| &e.regressors))
+            .filter_map(|r| match r.kind {
+                RegressorKind::Temperature { power } => Some((power, r.value, r.lower, r.upper)),
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+fn temperature(
+    model: &mut Model,
+    axis: &AxisOutcome,
+    power: usize,
+    [value, lower, upper]: [f64; 3],
+) -> Result<(), Error> {
+    let output = dimension_of(axis.sensor, Term::Flicker);
+    let path = format!(
+        "{}.bias.temperature.{power}.{}",
+        axis.sensor.key(),
+        AXES[axis.index]
+    );
+    let sigma = (upper - lower) / 3.92;
+    let entry = Entry::estimate(value, sigma, [lower, upper], output.per_kelvin(power as u8));
+    model.set(&path, entry)?;
     Ok(())
 }
 

@@ -23,30 +23,32 @@ fn agreeing(
     options: &FitOptions,
 ) -> Option<(PooledEstimate, usize)> {
     let all = estimate_pooled(data, options)?;
-    let mut left: Vec<usize> = (0..data.len()).collect();
+    let used = all.used.clone();
+    let mut left = used.clone();
+    let mut found: Vec<Outlier> = all.outliers.clone();
     let mut pooled = all.clone();
     let mut outliers: Vec<Outlier> = Vec::new();
-    while !pooled.outliers.is_empty() {
-        let suspects: Vec<usize> = pooled.outliers.iter().map(|o| left[o.log]).collect();
+    while !found.is_empty() {
+        let suspects: Vec<usize> = found.iter().map(|o| o.log).collect();
         let fits: Vec<(usize, &AxisEstimate)> =
             left.iter().filter_map(|&i| Some((i, own[i]?))).collect();
-        if 2 * (left.len() - 1) <= data.len() {
-            return Some((all, data.len()));
+        if 2 * (left.len() - 1) <= used.len() {
+            return Some((all, used.len()));
         }
         let Some(worst) = compare::farthest(&fits, &suspects) else {
-            return Some((all, data.len()));
+            return Some((all, used.len()));
         };
-        let found = pooled.outliers.iter().find(|o| left[o.log] == worst);
-        outliers.extend(found.map(|o| Outlier {
-            log: worst,
-            ..o.clone()
-        }));
+        outliers.extend(found.into_iter().find(|o| o.log == worst));
         left.retain(|&i| i != worst);
         let rest: Vec<AxisData<'_>> = left.iter().map(|&i| data[i]).collect();
         let Some(next) = estimate_pooled(&rest, options) else {
-            return Some((all, data.len()));
+            return Some((all, used.len()));
         };
         pooled = next;
+        found = pooled.outliers.clone();
+        for outlier in &mut found {
+            outlier.log = left[outlier.log];
+        }
     }
     // How white noise, which every log tells best, compares with that of the logs that agree.
     for outlier in &mut outliers {
@@ -62,7 +64,32 @@ fn agreeing(
     }
     outliers.sort_by_key(|o| o.log);
     pooled.outliers = outliers;
+    pooled.used = used;
     Some((pooled, left.len()))
+}
+
+/// The axes of a log, `gyro_x, gyro_y`.
+fn axes_of(log: &LogOutcome) -> String {
+    let names: Vec<&str> = log.axes.iter().map(|a| a.axis.as_str()).collect();
+    names.join(", ")
+}
+
+/// Why a log gives no numbers for an axis.
+pub(super) fn why_none(log: &LogOutcome, axis: &str) -> String {
+    let own = log.axes.iter().find(|a| a.axis == axis);
+    let issue = || {
+        let of =
+            |channel: Option<&str>| log.issues.iter().rfind(|i| i.channel.as_deref() == channel);
+        of(Some(axis)).or_else(|| of(None).filter(|i| i.kind == sagnac_log::IssueKind::Short))
+    };
+    match own {
+        None => format!("it has no {axis}"),
+        Some(a) => match (&a.estimate, issue()) {
+            (Some(e), _) if !e.findings.is_empty() => e.findings[0].text.clone(),
+            (_, Some(issue)) => issue.text.clone(),
+            _ => "no samples are left".to_owned(),
+        },
+    }
 }
 
 pub(super) fn pooled(
@@ -94,6 +121,13 @@ pub(super) fn pooled(
                 .all(|h| h.channels.iter().any(|c| c.name == *name))
         })
         .collect();
+    if names.is_empty() {
+        let each = logs.iter().map(|l| format!("{}: {}", l.name, axes_of(l)));
+        return Err(Error::data("the logs have no axis in common")
+            .at(each.collect::<Vec<_>>().join("; "))
+            .advise("characterize them without --one-sensor"));
+    }
+    let common: Vec<String> = names.iter().map(|n| n.0.clone()).collect();
     let mut axes: Vec<SensorAxis> = names
         .into_par_iter()
         .filter_map(|(axis, sensor, index)| {
@@ -131,11 +165,25 @@ pub(super) fn pooled(
                 axis,
                 sensor,
                 index,
-                pooled,
                 runs,
+                used: pooled.used.clone(),
+                pooled,
             })
         })
         .collect();
+    if axes.is_empty() {
+        let gives = |log: &&LogOutcome| {
+            let mut own = log.axes.iter().filter_map(|a| a.estimate.as_ref());
+            !own.any(|e| e.p_value.is_some())
+        };
+        let none = logs.iter().filter(gives);
+        let each = none.map(|l| format!("{}: {}", l.name, why_none(l, &common[0])));
+        return Err(
+            Error::data("fewer than two of the logs give numbers, so none can be pooled")
+                .at(each.collect::<Vec<_>>().join("; "))
+                .advise("give longer logs, or leave --one-sensor out"),
+        );
+    }
     axes.sort_by_key(|a| (a.sensor.index(), a.index));
     Ok(axes)
 }
@@ -152,7 +200,7 @@ fn tail(p: f64) -> String {
 /// A log that was left out of the pooled terms of an axis, or with no majority does not fit them.
 pub(super) fn note(outlier: &Outlier, axis: &SensorAxis, logs: &[LogOutcome]) -> OutlierNote {
     let p = tail(outlier.p_value.unwrap_or(0.0));
-    let remark = if axis.runs == logs.len() {
+    let remark = if axis.runs == axis.used.len() {
         format!("does not fit the terms of all logs ({p}), nor do others; all are pooled")
     } else if let Some(ratio) = outlier.ratio {
         format!("differs from the others ({p}; N is {ratio:.2} times theirs); left out")
@@ -166,7 +214,11 @@ pub(super) fn note(outlier: &Outlier, axis: &SensorAxis, logs: &[LogOutcome]) ->
 pub(super) fn fleet_note(outlier: Outlier, axis: &str, logs: &[LogOutcome]) -> OutlierNote {
     let symbol = outlier.term.map_or("", Term::symbol);
     let ratio = outlier.ratio.unwrap_or(f64::NAN);
-    let remark = format!("{symbol} is {ratio:.2} times that of the others");
+    let remark = if outlier.is_bound {
+        format!("{symbol} is more than {ratio:.2} times that of the others")
+    } else {
+        format!("{symbol} is {ratio:.2} times that of the others")
+    };
     named(outlier, axis, remark, logs)
 }
 
@@ -205,7 +257,7 @@ fn together(notes: &[&OutlierNote], outcome: &Outcome) -> String {
             .iter()
             .flatten()
             .find(|a| a.axis == note.axis);
-        axis.is_some_and(|a| a.runs < outcome.logs.len())
+        axis.is_some_and(|a| a.runs < a.used.len())
     };
     let mut out = Vec::new();
     for left_out in [true, false] {
@@ -257,7 +309,8 @@ fn apart(notes: &[&OutlierNote]) -> String {
             let (axes, ratios): (Vec<&str>, Vec<String>) = own
                 .map(|n| {
                     let ratio = n.outlier.ratio.unwrap_or(f64::NAN);
-                    (n.axis.as_str(), format!("{ratio:.2}"))
+                    let more = if n.outlier.is_bound { "more than " } else { "" };
+                    (n.axis.as_str(), format!("{more}{ratio:.2}"))
                 })
                 .unzip();
             format!(

@@ -1,6 +1,6 @@
 //! The outcome in a terminal: the answer first, a table a sensor, findings, what the log could not tell.
 
-use super::{AxisOutcome, LogOutcome, Outcome, SensorAxis, key_of};
+use super::{AxisOutcome, LogOutcome, Outcome, key_of};
 use crate::findings::{gathered, sensor};
 use sagnac_analysis::fit::{Estimate, RegressorKind, Status, Term};
 use sagnac_core::Sensor;
@@ -38,24 +38,8 @@ pub(super) fn outcome(outcome: &Outcome) -> Document {
         overview(outcome, &mut out);
     }
     if let Some(axes) = &outcome.sensor {
-        for sensor in Sensor::ALL {
-            pooled_table(axes, sensor, &mut out);
-        }
-        out.blank();
-        let runs = axes.iter().map(|a| a.runs).min().unwrap_or(0);
-        if runs < 8 {
-            out.note(format!(
-                "{runs} runs know a run-to-run bias to a factor of about {} only.",
-                match runs {
-                    2 => "70",
-                    3 => "12",
-                    4 => "7",
-                    5 => "5",
-                    _ => "3 to 4",
-                }
-            ));
-        }
-        closing(&outcome.logs, &mut out);
+        super::pooled_text::add(outcome, axes, &mut out);
+        closing(outcome, &mut out);
         return out;
     }
     for log in &outcome.logs {
@@ -65,7 +49,7 @@ pub(super) fn outcome(outcome: &Outcome) -> Document {
         }
         one(log, &mut out);
     }
-    closing(&outcome.logs, &mut out);
+    closing(outcome, &mut out);
     out
 }
 
@@ -76,8 +60,13 @@ fn overview(outcome: &Outcome, out: &mut Document) {
     } else {
         "logs"
     };
+    let numbers = super::pooled_text::runs_with_numbers(outcome);
+    let of = match numbers.filter(|&k| k < n) {
+        Some(k) => format!(", {k} with numbers"),
+        None => String::new(),
+    };
     if outcome.outliers.is_empty() {
-        out.paragraph(format!("{n} {what}; none differs from the others."));
+        out.paragraph(format!("{n} {what}{of}; none differs from the others."));
     } else {
         let named = |log: &usize| outcome.outliers.iter().any(|o| o.log == *log);
         let names: Vec<&str> = (0..n)
@@ -91,7 +80,7 @@ fn overview(outcome: &Outcome, out: &mut Document) {
         };
         out.verdict(
             Role::Warning,
-            format!("{n} {what}; {} {differ}.", names.join(", ")),
+            format!("{n} {what}{of}; {} {differ}.", names.join(", ")),
         );
     }
     out.blank();
@@ -115,6 +104,11 @@ fn one(log: &LogOutcome, out: &mut Document) {
 
 /// What was found in a log and what speaks against its numbers.
 pub(crate) fn remarks(log: &LogOutcome, out: &mut Document) {
+    beside(log, true, out);
+}
+
+/// The same; of terms that cannot be told apart only where `terms` are shown.
+pub(super) fn beside(log: &LogOutcome, terms: bool, out: &mut Document) {
     let findings = gathered(findings(log));
     if !findings.is_empty() {
         out.blank();
@@ -131,7 +125,7 @@ pub(crate) fn remarks(log: &LogOutcome, out: &mut Document) {
                 out.warning(format!("{}: {}", axis.axis, finding.text));
             }
         }
-        for &(a, b) in &e.confused {
+        for &(a, b) in e.confused.iter().filter(|_| terms) {
             if std::mem::take(&mut blank) {
                 out.blank();
             }
@@ -232,20 +226,7 @@ pub(crate) fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
                     })
             })
             .collect();
-        if cells.iter().any(Estimate::is_detected) {
-            let unit = Unit::of_term(shown_as, "mean");
-            let mut texts: Vec<sagnac_report::text::Cell> = vec![
-                if power == 1 {
-                    "Bias per K"
-                } else {
-                    "Bias per K^2"
-                }
-                .into(),
-            ];
-            texts.extend(cells.iter().map(|c| shown(c).scaled(unit.per_si).into()));
-            texts.push(format!("{}/K{}", unit.text, if power == 1 { "" } else { "^2" }).into());
-            table.row(texts);
-        }
+        temperature_row(&mut table, power, shown_as, &cells);
     }
     let means: Vec<Estimate> = axes
         .iter()
@@ -265,6 +246,28 @@ pub(crate) fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
     fit.push("p".into());
     table.row(fit);
     table
+}
+
+/// Coefficients of a power of the temperature, where any axis has one.
+pub(super) fn temperature_row(
+    table: &mut Table,
+    power: usize,
+    shown_as: ShownSensor,
+    cells: &[Estimate],
+) {
+    if !cells.iter().any(Estimate::is_detected) {
+        return;
+    }
+    let unit = Unit::of_term(shown_as, "mean");
+    let (name, per) = if power == 1 {
+        ("Bias per K", "/K")
+    } else {
+        ("Bias per K^2", "/K^2")
+    };
+    let mut texts: Vec<sagnac_report::text::Cell> = vec![name.into()];
+    texts.extend(cells.iter().map(|c| shown(c).scaled(unit.per_si).into()));
+    texts.push(format!("{}{per}", unit.text).into());
+    table.row(texts);
 }
 
 /// A probability: two decimals, three below 0.01, `< 0.001`.
@@ -288,59 +291,18 @@ fn markov_of(
 }
 
 /// Names that leave room for three axes.
-fn short_name(key: &str) -> &str {
+pub(super) fn short_name(key: &str) -> &str {
     match key {
         "acceleration_random_walk" => "Accel. random walk",
         other => term_name(other),
     }
 }
 
-fn row(table: &mut Table, name: &str, unit: Unit, cells: &[Estimate]) {
+pub(super) fn row(table: &mut Table, name: &str, unit: Unit, cells: &[Estimate]) {
     let mut texts: Vec<sagnac_report::text::Cell> = vec![name.into()];
     texts.extend(cells.iter().map(|c| shown(c).scaled(unit.per_si).into()));
     texts.push(unit.text.into());
     table.row(texts);
-}
-
-fn pooled_table(axes: &[SensorAxis], sensor: Sensor, out: &mut Document) {
-    let axes: Vec<&SensorAxis> = axes.iter().filter(|a| a.sensor == sensor).collect();
-    if axes.is_empty() {
-        return;
-    }
-    let shown_as = shown_sensor(sensor);
-    let mut heading = vec![shown_as.title()];
-    heading.extend(axes.iter().map(|a| ["x", "y", "z"][a.index]));
-    heading.push("");
-    let mut table = Table::estimates(&heading);
-    let pick = |f: &dyn Fn(&SensorAxis) -> Estimate| -> Vec<Estimate> {
-        axes.iter().map(|a| f(a)).collect()
-    };
-    for (term, cells) in [
-        (Term::Quantization, pick(&|a| a.pooled.quantization)),
-        (Term::White, pick(&|a| a.pooled.white)),
-        (Term::Flicker, pick(&|a| a.pooled.flicker)),
-        (Term::RandomWalk, pick(&|a| a.pooled.random_walk)),
-    ] {
-        if term == Term::Quantization && !cells.iter().any(Estimate::is_detected) {
-            continue;
-        }
-        let key = key_of(sensor, term);
-        row(
-            &mut table,
-            short_name(key),
-            Unit::of_term(shown_as, key),
-            &cells,
-        );
-    }
-    let stability = pick(&|a| a.pooled.bias_stability);
-    row(
-        &mut table,
-        "Bias stability",
-        Unit::of_term(shown_as, "mean"),
-        &stability,
-    );
-    out.blank();
-    out.table(table);
 }
 
 /// An interval of white noise wider than this, in %, is no knowledge to speak of.
@@ -644,7 +606,8 @@ fn lines_text(group: &[&Issue]) -> String {
 }
 
 /// What the logs could not tell, what ± means.
-fn closing(logs: &[LogOutcome], out: &mut Document) {
+fn closing(outcome: &Outcome, out: &mut Document) {
+    let logs = &outcome.logs;
     out.blank();
     out.paragraph("± is half the 95 % interval. B is the coefficient; the Allan floor is 0.664 B.");
     let mut unknown = Vec::new();
@@ -668,7 +631,8 @@ fn closing(logs: &[LogOutcome], out: &mut Document) {
             .as_ref()
             .is_some_and(|e| e.fitted.flicker > 0.0 || e.fitted.random_walk > 0.0)
     });
-    if grows {
+    // The pooled table has no mean.
+    if grows && outcome.sensor.is_none() {
         out.paragraph(
             "The mean's ± is its scatter about the bias at the start, which grows with the run.",
         );
