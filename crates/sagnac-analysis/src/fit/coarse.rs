@@ -201,7 +201,7 @@ mod tests {
                 );
                 assert!(p.outliers.is_empty());
                 // Means that rounding alone may part are no bias stability.
-                assert!(!p.bias_stability.is_detected());
+                assert!(!p.run_to_run.stability.is_detected());
             });
         });
     }
