@@ -379,7 +379,7 @@ fn one_sensor_names_what_each_log_shows_and_counts_runs_with_numbers() {
         "2 runs know a run-to-run bias to a factor of about 70 only",
         "short.csv: gyro_x left out: 40 samples",
         "stuck.csv: gyro_x left out: one value all the time",
-        "gap.csv warning: log gap",
+        "gap.csv warning: time gap",
     ] {
         assert!(words.contains(said), "{said}: {words}");
     }
