@@ -184,10 +184,8 @@ struct Thermal {
 
 impl Thermal {
     fn of(outcome: &Outcome) -> Self {
-        let sensor = outcome.sensor.iter().flatten();
-        let reference = sensor
-            .filter_map(|a| a.pooled.run_to_run.reference_c)
-            .next();
+        let mut sensor = outcome.sensor.iter().flatten();
+        let reference = sensor.find_map(|a| a.pooled.run_to_run.reference_c);
         let all = || {
             outcome
                 .logs

@@ -38,14 +38,14 @@ fn agreeing(
         let Some(worst) = compare::farthest(&fits, &suspects) else {
             return Some((all, used.len()));
         };
-        outliers.extend(found.into_iter().find(|o| o.log == worst));
+        outliers.extend(found.iter().find(|o| o.log == worst).cloned());
         left.retain(|&i| i != worst);
         let rest: Vec<AxisData<'_>> = left.iter().map(|&i| data[i]).collect();
         let Some(next) = estimate_pooled(&rest, options) else {
             return Some((all, used.len()));
         };
         pooled = next;
-        found = pooled.outliers.clone();
+        found.clone_from(&pooled.outliers);
         for outlier in &mut found {
             outlier.log = left[outlier.log];
         }

@@ -68,7 +68,6 @@ fn run_to_run(axes: &[SensorAxis]) -> Option<String> {
         n => format!(", {n} degrees of freedom of which go to the temperature,"),
     };
     let factor = match own.freedom {
-        0 => return None,
         1 => "70",
         2 => "12",
         3 => "7",

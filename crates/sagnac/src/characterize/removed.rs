@@ -92,7 +92,10 @@ fn high_pass_hz(e: &AxisEstimate) -> Option<f64> {
         return None;
     }
     // From above, the first octave with less than half of the level.
-    let (low, mut high) = (bins().next()?.frequency_hz, bins().last()?.frequency_hz);
+    let (low, mut high) = (
+        bins().next()?.frequency_hz,
+        bins().next_back()?.frequency_hz,
+    );
     while high > low {
         let own = bins().filter(|b| b.frequency_hz <= high && b.frequency_hz > 0.5 * high);
         let (sum, count) = own.fold((0.0, 0.0), |(s, n), b| {

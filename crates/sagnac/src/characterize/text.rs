@@ -513,6 +513,7 @@ fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
     } else if let Some(text) = [
         "changes by ",
         "not white above ",
+        "the spectrum falls below the white noise under ",
         "the scatter is ",
         "a step is ",
     ]
