@@ -21,7 +21,7 @@ pub struct Curve {
 /// let falling = Curve { mark: 'x', points: vec![(1.0, 100.0), (10.0, 10.0), (100.0, 1.0)] };
 /// assert_eq!(
 ///     curves("gyro, deg/h", &[falling], 15, 3),
-///     ["gyro, deg/h", "100 |x", "    |    x", "  1 |         x", "     1     100"]
+///     ["gyro, deg/h", "100 |x", "    |     x", "  1 |         x", "     1      100"]
 /// );
 /// ```
 pub fn curves(title: &str, curves: &[Curve], columns: usize, rows: usize) -> Vec<String> {
