@@ -120,20 +120,26 @@ pub struct Outlier {
     pub p_value: Option<f64>,
 }
 
-/// What a log says of a term: a value with its σ, or a bound.
+/// What a log says of a term: a value with its σ towards smaller and larger values, or a bound.
+///
+/// The interval of a weak term is far from even: the σ of a side is the larger one of the estimate and of its end.
 #[derive(Clone, Copy)]
 struct Told {
     value: f64,
-    sigma: Option<f64>,
+    sigma: Option<[f64; 2]>,
 }
 
 fn told(axis: &AxisEstimate, term: Term) -> Option<Told> {
     let of = |e: &Estimate| match e.status {
         Status::Absent => None,
         Status::UpperLimit => e.upper.map(|value| Told { value, sigma: None }),
-        Status::Detected => e.value.zip(e.sigma).map(|(value, sigma)| Told {
-            value,
-            sigma: Some(sigma),
+        Status::Detected => e.value.zip(e.sigma).map(|(value, sigma)| {
+            let side =
+                |end: Option<f64>| end.map_or(sigma, |e| sigma.max((e - value).abs() / 1.96));
+            Told {
+                value,
+                sigma: Some([side(e.lower), side(e.upper)]),
+            }
         }),
     };
     if term == Term::GaussMarkov {
@@ -180,7 +186,8 @@ pub fn fleet_outliers(axes: &[Option<&AxisEstimate>]) -> Vec<Outlier> {
                 let mut distances: Vec<f64> = of.iter().map(|o| (o - center).abs()).collect();
                 let spread = 1.4826 * median(&mut distances);
                 let off = value - center;
-                (off.abs() > 5.0 * sigma && off.abs() > 5.0 * spread).then_some((off, center))
+                let own = sigma[usize::from(off < 0.0)];
+                (off.abs() > 5.0 * own && off.abs() > 5.0 * spread).then_some((off, center))
             };
             let known = others.iter().filter(|o| o.sigma.is_some());
             let among_known = differs(known.map(|o| o.value).collect());

@@ -1,7 +1,7 @@
-//! Flicker that a strong slow process hides: the interval of N allows for it.
+//! Terms that others hide: flicker below a strong slow process, white noise between quantization noise and flicker.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use sagnac_analysis::fit::{AxisData, FitOptions, Segment, estimate};
+use sagnac_analysis::fit::{AxisData, AxisEstimate, FitOptions, Segment, estimate};
 
 const STEP_S: f64 = 0.1;
 const SAMPLES: usize = 72_000;
@@ -37,16 +37,55 @@ fn add_process(samples: &mut [f64], sigma: f64, time_s: f64, seed: &mut u64) {
     }
 }
 
-/// N = 1, B = 0.5 (a ladder of processes a factor 4 apart), and σ = 11.7 with 100 s.
-fn axis(seed: &mut u64) -> Vec<f64> {
+/// N = 1 and B, a ladder of processes a factor 4 apart.
+fn white_and_flicker(b: f64, seed: &mut u64) -> Vec<f64> {
     let mut samples: Vec<f64> = (0..SAMPLES).map(|_| noise(seed) / STEP_S.sqrt()).collect();
-    let sigma = 0.5 * (4_f64.ln() / std::f64::consts::PI).sqrt();
+    let sigma = b * (4_f64.ln() / std::f64::consts::PI).sqrt();
     for i in 0..13 {
         let time_s = 8.0 * SAMPLES as f64 * STEP_S / 4_f64.powf(f64::from(i) + 0.5);
         add_process(&mut samples, sigma, time_s, seed);
     }
+    samples
+}
+
+/// N = 1, B = 0.5, and σ = 11.7 with 100 s.
+fn axis(seed: &mut u64) -> Vec<f64> {
+    let mut samples = white_and_flicker(0.5, seed);
     add_process(&mut samples, 11.667, 100.0, seed);
     samples
+}
+
+fn of(samples: &[f64]) -> AxisEstimate {
+    let segments = [Segment {
+        start_s: 0.0,
+        samples,
+        filled: &[],
+    }];
+    let data = AxisData {
+        segments: &segments,
+        temperature: None,
+        step_s: STEP_S,
+        lsb: None,
+    };
+    estimate(&data, &FitOptions::default())
+}
+
+#[test]
+fn white_noise_is_named_between_quantization_noise_and_flicker() {
+    let mut seed = 8300;
+    let mut named = 0;
+    for _ in 0..20 {
+        let mut samples = white_and_flicker(0.167, &mut seed);
+        let mut before = noise(&mut seed);
+        for y in &mut samples {
+            let q = noise(&mut seed);
+            *y += 8.33 * (q - before) / STEP_S;
+            before = q;
+        }
+        let found = of(&samples);
+        named += usize::from(found.white.is_detected());
+    }
+    assert!(named >= 18, "N named in {named} of 20");
 }
 
 #[test]
@@ -55,18 +94,7 @@ fn intervals_of_white_noise_hold_where_flicker_is_not_seen() {
     let (mut inside, mut unseen) = (0, 0);
     for _ in 0..80 {
         let samples = axis(&mut seed);
-        let segments = [Segment {
-            start_s: 0.0,
-            samples: &samples,
-            filled: &[],
-        }];
-        let data = AxisData {
-            segments: &segments,
-            temperature: None,
-            step_s: STEP_S,
-            lsb: None,
-        };
-        let found = estimate(&data, &FitOptions::default());
+        let found = of(&samples);
         let (lower, upper) = (found.white.lower.unwrap(), found.white.upper.unwrap());
         inside += i32::from(lower < 1.0 && 1.0 < upper);
         unseen += i32::from(!found.flicker.is_detected());

@@ -28,6 +28,36 @@ fn drift(gyro: &str, options: &[&str]) -> (Value, String) {
 }
 
 #[test]
+fn temperature_terms_stay_at_the_end_of_their_range() {
+    let slopes =
+        "[gyro.bias]\ntemperature = [{ value = \"1 deg/h/K\", sigma = \"0.1 deg/h/K\" }]\n";
+    let at = |range: &str, temperature: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let text = format!("name = \"slope\"\n{range}\n{slopes}");
+        fs::write(folder.path().join("slope.toml"), text).unwrap();
+        let words = [
+            "drift",
+            "slope.toml",
+            "--duration",
+            "3min",
+            "--format",
+            "json",
+        ];
+        let output = sagnac(
+            folder.path(),
+            &[&words[..], &["--temperature", temperature]].concat(),
+        );
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let all = found["covariance"]["cep_m"].as_array().unwrap().clone();
+        all.last().unwrap().as_f64().unwrap()
+    };
+    let range = "temperature_range = [\"0 degC\", \"50 degC\"]";
+    let end = at(range, "50 degC");
+    assert!(end > 0.0 && (at(range, "80 degC") / end - 1.0).abs() < 1e-9);
+    assert!((at("", "80 degC") / end - 55.0 / 25.0).abs() < 1e-6);
+}
+
+#[test]
 fn a_motion_beyond_the_range_is_said() {
     let (found, said) = drift("range = \"2 deg/s\"", &["--trajectory", "drive"]);
     assert_eq!(found["valid"], false);

@@ -97,6 +97,16 @@ impl<T: Real> TriadErrors<T> {
         add(self.triad.bias.fixed, self.bias_thermal.at(temperature_c))
     }
 
+    /// A temperature held at the ends of the range in which the bias's temperature terms hold, °C.
+    pub fn bias_temperature_c(&self, temperature_c: T) -> T {
+        self.bias_thermal.held(temperature_c)
+    }
+
+    /// A temperature held at the ends of the range in which the scale factor's temperature terms hold, °C.
+    pub fn scale_factor_temperature_c(&self, temperature_c: T) -> T {
+        self.scale_thermal.held(temperature_c)
+    }
+
     /// I + M at a temperature.
     #[inline]
     pub fn gain(&self, temperature_c: T) -> Matrix<T> {

@@ -288,6 +288,14 @@ impl<T: Real> Thermal<T> {
         self.range_c
     }
 
+    /// A temperature held at the ends of the range, °C.
+    pub fn held(&self, temperature_c: T) -> T {
+        match self.range_c {
+            Some([low, high]) => temperature_c.held(low, high),
+            None => temperature_c,
+        }
+    }
+
     /// The coefficients of θ … θ^order.
     pub fn polynomial(&self) -> &[Vector<T>] {
         self.polynomial.get(..self.order).unwrap_or(&[])

@@ -277,7 +277,7 @@ impl SensorErrors {
             forward,
         };
         if calibration != Calibration::None {
-            let gain = |sensor: Sensor| forward_gain(&self.model, sensor, temperature_c);
+            let gain = |sensor: Sensor| out.forward.errors(sensor).gain(temperature_c);
             if let (Some(g), Some(a)) =
                 (inverse(&gain(Sensor::Gyro)), inverse(&gain(Sensor::Accel)))
             {
@@ -288,26 +288,6 @@ impl SensorErrors {
         }
         out
     }
-}
-
-/// I + M of a triad at a temperature.
-fn forward_gain(model: &SensorModel<f64>, sensor: Sensor, temperature_c: f64) -> Mat3 {
-    let triad = model.triad(sensor);
-    let m = triad.misalignment.elements.plus(&triad.cross_axis.elements);
-    let theta = temperature_c - model.reference_temperature_c;
-    let mut s = triad.scale_factor.fixed;
-    let mut power = 1.0;
-    for row in triad.scale_factor.temperature.polynomial {
-        power *= theta;
-        for a in 0..3 {
-            s[a] += row[a] * power;
-        }
-    }
-    [
-        [1.0 + s[0], m.xy, m.xz],
-        [m.yx, 1.0 + s[1], m.yz],
-        [m.zx, m.zy, 1.0 + s[2]],
-    ]
 }
 
 fn inverse(m: &Mat3) -> Option<Mat3> {

@@ -21,7 +21,7 @@ pub use plan::{NAMES as PLAN_NAMES, PlanOutcome, PlanRequest, Tested, plan};
 pub use sheet::{CertificateTexts, PageFacts};
 pub use thermal::{ThermalOutcome, ThermalRequest, thermal};
 
-pub(crate) use text::{short_beside, stem};
+pub(crate) use text::{has_spline, short_beside, stem};
 
 use place::place_gravity;
 

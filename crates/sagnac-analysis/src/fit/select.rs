@@ -311,9 +311,11 @@ pub(crate) fn test(
             full_free = with_gauss_markov(&full_free, gauss_markov);
             full = both;
             gauss_markov += 1;
-            // What stood in for the process may have been what made the top of the spectrum fail.
+            // What stood in for the process may have been what made the top of the spectrum fail. White noise below Q is
+            // such a process itself: it is tested beside one only where one stays in the fit.
+            let leaves = stays == Stays::Term;
             for k in [Q, N] {
-                if tested[k] && passed[k] {
+                if tested[k] && passed[k] && !(leaves && k == N) {
                     let fit = refit_without(problem, &full, &full_free, &[k]);
                     ratios[k] = (fit.objective - full.objective).max(0.0);
                     passed[k] = ratios[k] >= THRESHOLDS[k];

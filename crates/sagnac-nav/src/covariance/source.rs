@@ -166,7 +166,9 @@ impl Sensitivity {
             Sensor::Gyro => input.rate,
             Sensor::Accel => self.forward.at_accelerometers(&truth),
         };
-        let theta = input.temperature_c - self.reference_c;
+        // θ where the terms hold: outside they stay at the end of their range.
+        let theta = |held: f64| held - self.reference_c;
+        let errors = |sensor: Sensor| self.forward.errors(sensor);
         let on = |sensor: Sensor, axis: Axis, value: f64| {
             let mut v = [0.0; 3];
             v[axis.index()] = value;
@@ -180,16 +182,22 @@ impl Sensitivity {
                 sensor,
                 axis,
                 power,
-            } => on(sensor, axis, theta.powi(i32::from(power))),
+            } => {
+                let theta = theta(errors(sensor).bias_temperature_c(input.temperature_c));
+                on(sensor, axis, theta.powi(i32::from(power)))
+            }
             Parameter::ScaleFactor {
                 sensor,
                 axis,
                 power,
-            } => on(
-                sensor,
-                axis,
-                theta.powi(i32::from(power)) * seen(sensor)[axis.index()],
-            ),
+            } => {
+                let theta = theta(errors(sensor).scale_factor_temperature_c(input.temperature_c));
+                on(
+                    sensor,
+                    axis,
+                    theta.powi(i32::from(power)) * seen(sensor)[axis.index()],
+                )
+            }
             Parameter::Quadratic { sensor, axis } => {
                 on(sensor, axis, seen(sensor)[axis.index()].powi(2))
             }

@@ -199,9 +199,9 @@ fn reduce(reader: &mut dyn LogReader, mut spans: Option<Spans>) -> Result<Passed
 /// What is cut at the ends of a dwell that is found, and the window by which it is told \[s\].
 const NEAR_S: f64 = 0.5;
 
-/// Says in which spans without an angle the sensor is not steady for the whole time, as dwells are told.
-fn unsteady(read: &Read, steady: &Reduction) -> Option<String> {
-    let mut out: Vec<String> = Vec::new();
+/// Says in which spans without an angle the sensor is not steady, as dwells are told: for a part, or nowhere.
+fn unsteady(read: &Read, steady: &Reduction) -> Vec<String> {
+    let (mut partly, mut nowhere) = (Vec::new(), Vec::new());
     for (station, timing) in read.stations.iter().zip(&read.timing) {
         let Some([start_s, end_s]) = timing
             .span_s
@@ -220,29 +220,41 @@ fn unsteady(read: &Read, steady: &Reduction) -> Option<String> {
                 from_s = dwell.end_s;
             }
         }
+        if from_s == start_s {
+            nowhere.push(station.label.clone());
+            continue;
+        }
         if end_s - from_s > NEAR_S {
             parts.push([from_s, end_s]);
         }
-        out.extend(
-            parts
-                .iter()
-                .map(|[a, b]| format!("{} at {a:.1}–{b:.1} s", station.label)),
-        );
+        let at = |[a, b]: &[f64; 2]| format!("{} at {a:.1}–{b:.1} s", station.label);
+        partly.extend(parts.iter().map(at));
     }
-    let more = out.len().saturating_sub(6);
-    out.truncate(6);
-    (!out.is_empty()).then(|| {
-        format!(
-            "the sensor is not steady all through its station ({}{}): the mean is of the whole span; shorten it, or \
+    let first = |names: &[String]| {
+        let more = names.len().saturating_sub(6);
+        let listed = names[..names.len() - more].join(", ");
+        if more > 0 {
+            format!("{listed} and {more} more")
+        } else {
+            listed
+        }
+    };
+    let mut out = Vec::new();
+    if !partly.is_empty() {
+        out.push(format!(
+            "the sensor is not steady all through its station ({}): the mean is of the whole span; shorten it, or \
              give its angle if it is a turn",
-            out.join(", "),
-            if more > 0 {
-                format!(" and {more} more")
-            } else {
-                String::new()
-            }
-        )
-    })
+            first(&partly)
+        ));
+    }
+    if !nowhere.is_empty() {
+        out.push(format!(
+            "the sensor vibrates or moves all through its station ({}), more than where it is stillest: the mean of \
+             the span is as good as the motion is even",
+            first(&nowhere)
+        ));
+    }
+    out
 }
 
 fn interval(rate_hz: Option<f64>, first: &Block) -> Result<f64, Error> {

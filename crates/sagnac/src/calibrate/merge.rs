@@ -11,6 +11,7 @@ use sagnac_core::Sensor;
 use sagnac_model::{Calibration, Entry, Model, ParameterPath};
 use serde_json::{Value, json};
 
+use super::has_spline;
 use crate::Error;
 
 /// What `calibrate merge` is asked.
@@ -97,7 +98,10 @@ pub fn merge(request: &MergeRequest) -> Result<MergeOutcome, Error> {
     let mut held: Vec<String> = Vec::new();
     for calibration in request.models.iter().flat_map(Model::calibrations) {
         for name in &calibration.held {
-            if !held.contains(name) && !merged.names.contains(name) {
+            if !held.contains(name)
+                && !merged.names.contains(name)
+                && !has_spline(&merged.names, name)
+            {
                 held.push(name.clone());
             }
         }

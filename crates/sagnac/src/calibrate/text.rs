@@ -318,6 +318,14 @@ pub(crate) fn stem(name: &str) -> String {
         .to_owned()
 }
 
+/// Whether a temperature term is one that a spline among `names` stands for.
+pub(crate) fn has_spline(names: &[String], name: &str) -> bool {
+    name.split_once(".temperature.").is_some_and(|(of, _)| {
+        let row = format!("{of}.temperature_spline.");
+        names.iter().any(|n| n.starts_with(&row))
+    })
+}
+
 /// What names of one stem are called together: of a term that other axes determine, with the axes that are missing.
 pub(super) fn group_name(
     stem: &str,

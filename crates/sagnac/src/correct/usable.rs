@@ -6,7 +6,7 @@ use sagnac_report::text::general;
 
 use super::{Columns, CorrectOutcome};
 use crate::Error;
-use crate::calibrate::{short_beside, stem};
+use crate::calibrate::{has_spline, short_beside, stem};
 
 /// The model without the terms for which the log lacks a channel; what that means is noted.
 pub(super) fn usable(
@@ -90,7 +90,13 @@ pub(super) fn usable(
 pub fn held_at_zero(model: &Model) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for name in model.calibrations().iter().flat_map(|c| &c.held) {
-        if !out.contains(name) && model.get(name).is_none() {
+        if !out.contains(name)
+            && model.get(name).is_none()
+            && !model
+                .calibrations()
+                .iter()
+                .any(|c| has_spline(&c.names, name))
+        {
             out.push(name.clone());
         }
     }

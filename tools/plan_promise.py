@@ -1,6 +1,6 @@
 """What `sagnac plan` promises against the scatter of the joint estimate on axes that were never its own.
 
-usage: check_plan.py SAGNAC FIT_AXES [--axes N] [--seed S]
+usage: plan_promise.py SAGNAC FIT_AXES [--axes N] [--seed S]
 
 For every mixture a model file of its terms goes through `sagnac plan`; axes of the same terms, rate and length come from
 `axes.py`, their estimates from the built example `fit_axes`. Printed: the promised relative standard deviation, the
