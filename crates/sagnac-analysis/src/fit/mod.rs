@@ -37,7 +37,7 @@ mod types;
 pub use estimate::estimate;
 pub use filled_deviation::filled_deviation;
 pub use pool::{PooledEstimate, estimate_pooled};
-pub use runs::{RunToRun, run_to_run};
+pub use runs::{RunToRun, Slope, run_to_run};
 
 pub use types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,

@@ -2,13 +2,13 @@
 
 use super::coarse::Coarse;
 use super::cumulant;
-use super::estimate::{Prepared, prepare};
+use super::estimate::{ActiveKind, Prepared, prepare};
 use super::goodness::chi_squared_tail;
-use super::likelihood::{B, K, N, Problem, Q};
+use super::likelihood::{B, K, N, Problem, Q, Solution};
 use super::profile;
 
 use super::results::{Units, gauss_markov_estimates, interval, limit, named_covariance, widened};
-use super::runs::{self, RunToRun};
+use super::runs::{self, RunToRun, Slope};
 use super::select;
 use super::types::{
     AxisData, Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Term,
@@ -197,7 +197,13 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
             Some(sum / count.max(1) as f64)
         })
         .collect();
-    let run_to_run = runs::run_to_run(&means, temperatures.as_deref());
+    let inside = slopes(
+        &prepared,
+        &best,
+        first.1.work.scale,
+        temperatures.as_deref(),
+    );
+    let run_to_run = runs::run_to_run(&means, temperatures.as_deref(), &inside);
     Some(PooledEstimate {
         quantization: single[Q],
         white: single[N],
@@ -211,4 +217,31 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         covariance: named_covariance(covariance.as_ref(), &best.parameters, &units),
         fitted,
     })
+}
+
+/// The slopes with temperature inside those logs whose own fit has one, and no square, with the pooled terms.
+fn slopes(
+    prepared: &[(usize, Prepared)],
+    best: &Solution,
+    scale: f64,
+    temperatures: Option<&[f64]>,
+) -> Vec<Slope> {
+    let Some(temperatures) = temperatures else {
+        return Vec::new();
+    };
+    let logs = prepared.iter().zip(temperatures).enumerate();
+    logs.filter_map(|(k, ((_, p), &temperature_c))| {
+        let place = |power| {
+            p.active
+                .iter()
+                .position(|a| a.kind == ActiveKind::Temperature(power))
+        };
+        let at = place(1).filter(|_| place(2).is_none())?;
+        Some(Slope {
+            temperature_c,
+            value: best.beta[k][at] * scale,
+            variance: best.beta_covariance[k][at * p.active.len() + at] * scale * scale,
+        })
+    })
+    .collect()
 }

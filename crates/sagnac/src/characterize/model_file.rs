@@ -174,7 +174,7 @@ fn single(model: &mut Model, axis: &AxisOutcome) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where b(T) comes from: the runs' means, where temperature shows in them, else the log that went through most of it.
+/// Where b(T) comes from: the runs' means and the slopes inside them, where temperature shows, else the log that went through most of it.
 struct Thermal {
     /// The temperature that coefficients count from, and the range [°C].
     range_c: Option<(f64, f64, f64)>,

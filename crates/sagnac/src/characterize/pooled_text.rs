@@ -62,7 +62,7 @@ pub(super) fn add(outcome: &Outcome, axes: &[SensorAxis], out: &mut Document) {
 fn run_to_run(axes: &[SensorAxis]) -> Option<String> {
     let axis = axes.iter().min_by_key(|a| a.pooled.run_to_run.freedom)?;
     let own = &axis.pooled.run_to_run;
-    let taken = match own.temperature.len() {
+    let taken = match axis.runs.saturating_sub(1 + own.freedom) {
         0 => String::new(),
         1 => ", one degree of freedom of which goes to the temperature,".to_owned(),
         n => format!(", {n} degrees of freedom of which go to the temperature,"),
