@@ -137,6 +137,44 @@ fn motion_for_a_while_is_left_out_and_named() {
 }
 
 #[test]
+fn a_turn_at_an_even_rate_is_left_out_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = sweep(8, |k, _| {
+        let turns = (3000..3200).contains(&k);
+        ([0.0, 0.0, if turns { 0.5 } else { 0.0 }], UP)
+    });
+    let output = run(
+        folder.path(),
+        &[("log.csv", &log)],
+        &[
+            "calibrate",
+            "thermal",
+            "log.csv",
+            "--up",
+            "+z",
+            "--format",
+            "json",
+            "-o",
+            "m.toml",
+        ],
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let found = json(&output);
+    let issues = found["issues"].as_array().unwrap();
+    assert_eq!(issues.len(), 1, "{issues:?}");
+    let text = issues[0]["text"].as_str().unwrap();
+    assert!(
+        text.contains("0.5 rad/s") && text.contains("gyro_z"),
+        "{text}"
+    );
+    assert!((issues[0]["start_s"].as_f64().unwrap() - 1500.0).abs() < 60.0);
+}
+
+#[test]
 fn another_pose_is_refused() {
     let text = sweep(4, |k, _| {
         ([0.0; 3], if k < 3000 { UP } else { [UP[2], 0.0, 0.0] })

@@ -1,7 +1,8 @@
 //! Whether the sensor rests while its temperature is swept: what moved is left out, what was turned is refused.
 //!
 //! Motion is told as for logs at rest (statistics.md §3), of the samples less the line through the medians of blocks: what
-//! temperature does is slow and no motion. It counts where two channels show it.
+//! temperature does is slow and no motion. It counts where two channels show it. A turn at an even rate has no scatter: it
+//! is told by the level of a gyro, which no temperature moves by so much within minutes.
 
 use sagnac_core::Sensor;
 use sagnac_log::{Issue, IssueKind, Log, Quantity, health};
@@ -22,6 +23,9 @@ const TURNED_AT_REST_RAD: f64 = 3.0 / 57.295_779_513_082_32;
 /// Samples off the level by so many robust deviations count, and so many of them are more than odd ones.
 const OFF: f64 = 6.0;
 const FEWEST_OFF: usize = 3;
+/// A gyro's block this far from the median of those around it turns \[rad/s\], and how far these reach on either side \[s\].
+const TURNS_RAD_S: f64 = 1.0 / 57.295_779_513_082_32;
+const AROUND_S: f64 = 900.0;
 /// Blocks whose mean tells the direction beside a motion.
 const BESIDE: usize = 3;
 
@@ -57,10 +61,23 @@ pub(super) fn rest(named: &NamedLog, times_s: Option<&[f64]>) -> Result<Rest, Er
         first_s,
         duration_s: time(log.rows - 1) - first_s + dt_s,
     };
-    let moved: Vec<health::Moved> = health::moved(&level)?
+    let mut moved: Vec<health::Moved> = health::moved(&level)?
         .into_iter()
         .filter(|m| m.channels.len() > 1 && is_more_than_a_sample(&level, m))
         .collect();
+    let around = (AROUND_S / (size as f64 * dt_s)).ceil() as usize;
+    for turn in even_turns(log, size, around) {
+        let overlaps =
+            |m: &health::Moved| m.rows.start < turn.rows.end && turn.rows.start < m.rows.end;
+        if !moved
+            .iter()
+            .any(|m| overlaps(m) && m.rows.len() >= turn.rows.len())
+        {
+            moved.retain(|m| !overlaps(m));
+            moved.push(turn);
+        }
+    }
+    moved.sort_by_key(|m| m.rows.start);
     let count: usize = moved.iter().map(|m| m.rows.len()).sum();
     let share = count as f64 / log.rows as f64;
     if share > MOST_MOVING {
@@ -146,6 +163,53 @@ fn without_level(log: &Log, size: usize) -> Log {
         }
     }
     out
+}
+
+/// Stretches in which the level of a gyro lies far from what it is around them, a block on either side with them.
+fn even_turns(log: &Log, size: usize, reach: usize) -> Vec<health::Moved> {
+    let mut out: Vec<health::Moved> = Vec::new();
+    for (channel, values) in log.channels() {
+        if channel.quantity != Quantity::AngularRate {
+            continue;
+        }
+        let level = |part: &[f64]| {
+            let mut there: Vec<f64> = part.iter().copied().filter(|v| v.is_finite()).collect();
+            median(&mut there).unwrap_or(f64::NAN)
+        };
+        let levels: Vec<f64> = values.chunks(size).map(level).collect();
+        let mut run: Option<(usize, usize, f64)> = None;
+        let mut runs = Vec::new();
+        for (k, own) in levels.iter().enumerate() {
+            let around = k.saturating_sub(reach)..(k + reach + 1).min(levels.len());
+            let off = (own - level(&levels[around])).abs();
+            if off <= TURNS_RAD_S || off.is_nan() {
+                continue;
+            }
+            match &mut run {
+                Some((_, last, most)) if k <= *last + 2 => (*last, *most) = (k, most.max(off)),
+                _ => runs.extend(run.replace((k, k, off))),
+            }
+        }
+        runs.extend(run);
+        out.extend(runs.into_iter().map(|(first, last, most)| health::Moved {
+            rows: first.saturating_sub(1) * size..((last + 2) * size).min(values.len()),
+            channels: vec![channel.name.clone()],
+            text: format!("turned at up to {} rad/s", general(most, 2)),
+        }));
+    }
+    // Axes of one turn are one.
+    out.sort_by_key(|m| m.rows.start);
+    let mut joined: Vec<health::Moved> = Vec::new();
+    for turn in out {
+        match joined.last_mut() {
+            Some(before) if turn.rows.start < before.rows.end => {
+                before.rows.end = before.rows.end.max(turn.rows.end);
+                before.channels.extend(turn.channels);
+            }
+            _ => joined.push(turn),
+        }
+    }
+    joined
 }
 
 /// Whether more than a sample or two are off: these are no motion, and weigh nothing in the mean of a bin.
