@@ -1,7 +1,9 @@
 //! Terms that others hide: flicker below a strong slow process, white noise between quantization noise and flicker.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use sagnac_analysis::fit::{AxisData, AxisEstimate, FitOptions, Segment, estimate};
+mod common;
+
+use sagnac_analysis::fit::AxisEstimate;
 
 const STEP_S: f64 = 0.1;
 const SAMPLES: usize = 72_000;
@@ -56,18 +58,7 @@ fn axis(seed: &mut u64) -> Vec<f64> {
 }
 
 fn of(samples: &[f64]) -> AxisEstimate {
-    let segments = [Segment {
-        start_s: 0.0,
-        samples,
-        filled: &[],
-    }];
-    let data = AxisData {
-        segments: &segments,
-        temperature: None,
-        step_s: STEP_S,
-        lsb: None,
-    };
-    estimate(&data, &FitOptions::default())
+    common::estimate_of_samples(samples, STEP_S)
 }
 
 #[test]

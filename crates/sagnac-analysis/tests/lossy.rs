@@ -1,9 +1,10 @@
 //! Logs with lost samples, filled by lines: the same numbers as whole ones, with honest intervals.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
 use sagnac_analysis::fit::{
-    AxisData, AxisEstimate, FindingKind, FitOptions, NoiseTerms, Segment, Status, estimate,
-    filled_deviation,
+    AxisEstimate, FindingKind, NoiseTerms, Segment, Status, filled_deviation,
 };
 use sagnac_analysis::{Deviation, TauGrid, deviations};
 use std::ops::Range;
@@ -41,13 +42,7 @@ fn lose(samples: &mut [f64], share: f64, most: usize, seed: &mut u64) -> Vec<Ran
 }
 
 fn of(segments: &[Segment<'_>]) -> AxisEstimate {
-    let data = AxisData {
-        segments,
-        temperature: None,
-        step_s: 0.01,
-        lsb: None,
-    };
-    estimate(&data, &FitOptions::default())
+    common::estimate_of(segments, 0.01)
 }
 
 #[test]

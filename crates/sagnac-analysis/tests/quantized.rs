@@ -1,7 +1,9 @@
 //! Quantization noise alone: its two end values reach every coefficient and are neither lines, steps nor white noise.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use sagnac_analysis::fit::{AxisData, AxisEstimate, FitOptions, Segment, Status, estimate};
+mod common;
+
+use sagnac_analysis::fit::{AxisEstimate, Segment, Status};
 use std::ops::Range;
 
 const STEP_S: f64 = 0.04;
@@ -26,13 +28,7 @@ fn quantized(seed: &mut u64, parts: u32) -> Vec<f64> {
 }
 
 fn of(segments: &[Segment<'_>]) -> AxisEstimate {
-    let data = AxisData {
-        segments,
-        temperature: None,
-        step_s: STEP_S,
-        lsb: None,
-    };
-    estimate(&data, &FitOptions::default())
+    common::estimate_of(segments, STEP_S)
 }
 
 #[derive(Default, Debug)]

@@ -1,9 +1,9 @@
 //! When a step, a warm-up and too few coefficients are named: clear ones always, chance never, and with their numbers.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use sagnac_analysis::fit::{
-    AxisData, AxisEstimate, FindingKind, FitOptions, RegressorKind, Segment, Status, estimate,
-};
+mod common;
+
+use sagnac_analysis::fit::{AxisEstimate, FindingKind, RegressorKind, Status};
 
 const STEP_S: f64 = 0.02;
 
@@ -18,18 +18,7 @@ fn noise(seed: &mut u64) -> f64 {
 }
 
 fn of(samples: &[f64]) -> AxisEstimate {
-    let segments = [Segment {
-        start_s: 0.0,
-        samples,
-        filled: &[],
-    }];
-    let data = AxisData {
-        segments: &segments,
-        temperature: None,
-        step_s: STEP_S,
-        lsb: None,
-    };
-    estimate(&data, &FitOptions::default())
+    common::estimate_of_samples(samples, STEP_S)
 }
 
 /// White noise of variance 1 a sample with `added(time)`.

@@ -1,9 +1,31 @@
-//! What the tests against outside references share.
+//! What the tests share.
 
 #![allow(dead_code, reason = "each test program uses a part")]
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
+use sagnac_analysis::fit::{AxisData, AxisEstimate, FitOptions, Segment, estimate};
 use std::path::{Path, PathBuf};
+
+/// The estimate of an axis of segments, without temperature and steps of values.
+pub(crate) fn estimate_of(segments: &[Segment<'_>], step_s: f64) -> AxisEstimate {
+    let data = AxisData {
+        segments,
+        temperature: None,
+        step_s,
+        lsb: None,
+    };
+    estimate(&data, &FitOptions::default())
+}
+
+/// The same of one stretch of samples.
+pub(crate) fn estimate_of_samples(samples: &[f64], step_s: f64) -> AxisEstimate {
+    let whole = Segment {
+        start_s: 0.0,
+        samples,
+        filled: &[],
+    };
+    estimate_of(&[whole], step_s)
+}
 
 /// The generator of SP 1065: n_{i+1} = 16807·n_i mod 2147483647, y_i = n_i/2147483647.
 pub(crate) fn generator(count: usize) -> Vec<f64> {

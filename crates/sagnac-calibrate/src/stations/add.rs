@@ -72,6 +72,15 @@ pub(crate) fn bundles(
         });
     }
     let spin = fastest_rad_s.max(100f64.to_radians());
+    let spins = |up: [f64; 3], temperature_c: Option<f64>| -> Vec<Station> {
+        let both = [1.0, -1.0].map(|sense| Station {
+            f: up.map(|v| g * v),
+            w: up.map(|v| sense * spin * v),
+            temperature_c,
+            ..blank()
+        });
+        both.into()
+    };
     for (d, name) in all.iter().take(18) {
         // Both senses of an axis are one bundle; its mirror adds no other rate.
         out.push(Bundle {
@@ -79,13 +88,7 @@ pub(crate) fn bundles(
                 "spins of {:.0} deg/s both ways about {name}, that axis up",
                 spin.to_degrees()
             ),
-            stations: [1.0, -1.0]
-                .map(|s| Station {
-                    f: d.map(|v| g * v),
-                    w: d.map(|v| s * spin * v),
-                    ..blank()
-                })
-                .into(),
+            stations: spins(*d, None),
         });
     }
     for (d, name) in all.iter().take(6).filter(|(_, n)| n.starts_with('+')) {
@@ -120,14 +123,7 @@ pub(crate) fn bundles(
                     "at {t:.0} degC spins of {:.0} deg/s both ways about {name}, that axis up",
                     spin.to_degrees()
                 ),
-                stations: [1.0, -1.0]
-                    .map(|s| Station {
-                        f: d.map(|v| g * v),
-                        w: d.map(|v| s * spin * v),
-                        temperature_c: Some(t),
-                        ..blank()
-                    })
-                    .into(),
+                stations: spins(*d, Some(t)),
             });
         }
         out.push(Bundle {

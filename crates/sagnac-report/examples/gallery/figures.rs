@@ -196,17 +196,6 @@ pub(crate) fn calibration_figures() -> Vec<Figure> {
             values: (0..24).map(|i| width * noise(i * 3)).collect(),
             color,
         };
-    let names = [
-        "bias.x",
-        "bias.y",
-        "bias.z",
-        "scale_factor.x",
-        "scale_factor.y",
-        "scale_factor.z",
-        "misalignment.xy",
-        "misalignment.xz",
-        "misalignment.yz",
-    ];
     let poses: Vec<[f64; 3]> = (0..31)
         .map(|i| [noise(i), noise(i + 50), noise(i + 99)])
         .collect();
@@ -239,7 +228,10 @@ pub(crate) fn calibration_figures() -> Vec<Figure> {
         }
         .figure(),
         CorrelationMap {
-            names: names.iter().map(|&n| n.to_owned()).collect(),
+            names: crate::pages::CORRELATED
+                .iter()
+                .map(|&n| n.to_owned())
+                .collect(),
             matrix: (0..9)
                 .map(|i| {
                     (0..9)

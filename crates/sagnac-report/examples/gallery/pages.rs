@@ -109,7 +109,7 @@ pub(crate) fn histograms() -> Vec<Histogram> {
 }
 
 /// Parameters of the map of correlations.
-const CORRELATED: [&str; 9] = [
+pub(crate) const CORRELATED: [&str; 9] = [
     "bias.x",
     "bias.y",
     "bias.z",

@@ -97,6 +97,18 @@ pub struct Input {
     pub sha256: String,
 }
 
+impl Input {
+    /// The inputs of a page from their names and hashes.
+    pub fn all(of: &[(String, String)]) -> Vec<Self> {
+        of.iter()
+            .map(|(name, sha256)| Self {
+                name: name.clone(),
+                sha256: sha256.clone(),
+            })
+            .collect()
+    }
+}
+
 /// The table that opens a page about several logs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Overview {

@@ -54,14 +54,7 @@ pub(super) fn blank(
         customer: texts.customer.clone(),
         command: facts.command.clone(),
         version: facts.version.clone(),
-        inputs: facts
-            .inputs
-            .iter()
-            .map(|(name, sha256)| Input {
-                name: name.clone(),
-                sha256: sha256.clone(),
-            })
-            .collect(),
+        inputs: Input::all(&facts.inputs),
         ..CertificatePage::default()
     }
 }

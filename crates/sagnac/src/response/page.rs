@@ -219,14 +219,7 @@ impl ResponseOutcome {
                          direction; intervals are 95 %, Student's t and χ². Terms as in IEEE Std 528."
                     .into(),
                 limits,
-                inputs: facts
-                    .inputs
-                    .iter()
-                    .map(|(name, sha256)| Input {
-                        name: name.clone(),
-                        sha256: sha256.clone(),
-                    })
-                    .collect(),
+                inputs: Input::all(&facts.inputs),
             },
             rows: self.page_rows(),
             plots: self.plots(),
