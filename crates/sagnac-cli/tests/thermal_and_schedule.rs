@@ -95,6 +95,22 @@ fn a_sweep_at_rest_has_no_findings() {
 }
 
 #[test]
+fn outputs_without_gravity_have_no_direction() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = sweep(9, |_, _| ([0.0; 3], [0.02, -0.01, 0.03]));
+    let output = run(
+        folder.path(),
+        &[("log.csv", &log)],
+        &["calibrate", "thermal", "log.csv", "-o", "m.toml"],
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
 fn motion_all_through_is_refused() {
     let text = sweep(2, |k, _| {
         let a = 0.5 * k as f64;

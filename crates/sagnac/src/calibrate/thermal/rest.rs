@@ -20,6 +20,8 @@ const LEAST_M_S2: f64 = 0.5;
 /// Turns of the direction of gravity that count: beside a motion, and between neighbouring blocks of a rest.
 const TURNED_RAD: f64 = 0.5 / 57.295_779_513_082_32;
 const TURNED_AT_REST_RAD: f64 = 3.0 / 57.295_779_513_082_32;
+/// Half the size of gravity \[m/s²\].
+const LEAST_GRAVITY: f64 = 0.5 * 9.80665;
 /// Samples off the level by so many robust deviations count, and so many of them are more than odd ones.
 const OFF: f64 = 6.0;
 const FEWEST_OFF: usize = 3;
@@ -270,6 +272,8 @@ fn restless(level: &Log, size: usize) -> Option<String> {
 }
 
 /// Where the direction of the specific force changes as no temperature changes it: row and angle.
+///
+/// Outputs without gravity (taken off, or of a sensor in free fall) have no direction to turn.
 fn turned(log: &Log, moved: &[health::Moved], size: usize) -> Option<(usize, f64)> {
     let accel = triad(log, Sensor::Accel)?;
     // Means of blocks that are at rest, with the row where they begin.
@@ -288,6 +292,9 @@ fn turned(log: &Log, moved: &[health::Moved], size: usize) -> Option<(usize, f64
             blocks.push((start, mean));
         }
     }
+    let size_of = |f: [f64; 3]| f.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let mut sizes: Vec<f64> = blocks.iter().map(|b| size_of(b.1)).collect();
+    median(&mut sizes).filter(|f| *f > LEAST_GRAVITY)?;
     let mean = |part: &[(usize, [f64; 3])]| -> [f64; 3] {
         [0, 1, 2].map(|k| part.iter().map(|b| b.1[k]).sum::<f64>() / part.len() as f64)
     };
