@@ -7,6 +7,7 @@ mod findings;
 mod json;
 mod model_file;
 mod page;
+mod page_regressors;
 mod page_words;
 mod pool;
 mod pooled_text;

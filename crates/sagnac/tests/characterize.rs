@@ -4,7 +4,8 @@
 use sagnac::characterize::{NamedLog, Outcome, PageFacts, Request, candidates, characterize};
 use sagnac::info::{InfoRequest, info};
 use sagnac::log::{Log, ReadOptions, Source, open};
-use sagnac::report::text::Style;
+use sagnac::report::html::ParameterCell;
+use sagnac::report::text::{Estimate as Shown, Style};
 
 /// A gyro axis at 100 Hz, 200 s of uniform noise of 1 rad/s.
 fn outcome(terms: &str) -> Outcome {
@@ -532,4 +533,50 @@ fn a_bias_that_was_taken_out_is_told_where_the_log_shows_it() {
     let told = removed(&log(&|k, axis| passed[k][axis]));
     let axes: Vec<&str> = told.iter().map(|t| t.0.as_str()).collect();
     assert_eq!(axes, ["gyro_x", "gyro_y", "gyro_z"]);
+}
+
+#[test]
+fn the_page_shows_what_the_fit_took_out() {
+    // 0.5 rad/s/K over 8 K that follow no line in time, a step of 2 rad/s in the middle, under noise of 1/√12 rad/s.
+    let noise = gyros(9, &[1.0, 1.0], 40_000, |_| true);
+    let mut text = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s],temperature [degC]\n");
+    for (k, line) in noise.lines().skip(1).enumerate() {
+        let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        let celsius = 25.0 + 4.0 * (k as f64 / 6000.0).sin();
+        let x = cells[1] + 0.5 * (celsius - 25.0);
+        let y = cells[2] + if k < 20_000 { 0.0 } else { 2.0 };
+        text += &format!("{},{x},{y},{celsius}\n", cells[0]);
+    }
+    let warmed = characterize(&[named("warm.csv", text)], &Request::default()).unwrap();
+    let page = warmed.to_page(&PageFacts::default());
+    let of = |name: &str| {
+        let rows = page.logs[0].parameters.iter();
+        rows.clone().find(|r| r.name == name).unwrap()
+    };
+    let warm = of("Bias per K");
+    assert_eq!(warm.per, "/K");
+    let within = |cell: &ParameterCell, truth: f64| match cell {
+        ParameterCell::Estimate(Shown::Detected { lower, upper, .. }) => {
+            (lower..=upper).contains(&&truth)
+        }
+        _ => false,
+    };
+    assert!(within(&warm.cells[0], 0.5), "{warm:?}");
+    let step = of("Step at 3:20");
+    assert!(within(&step.cells[1], 2.0), "{step:?}");
+    let html = page.html();
+    for words in [
+        "°/h/K",
+        "rad/s/K",
+        "Temperature (gyro x",
+        "steps (gyro y) were taken out",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+    // Where nothing was taken out, nothing is said of it.
+    let plain = outcome("all").to_page(&PageFacts::default()).html();
+    assert!(
+        !plain.contains("taken out by the fit") && !plain.contains("per K"),
+        "{plain}"
+    );
 }

@@ -253,6 +253,7 @@ pub(crate) fn characterize() -> CharacterizePage {
         term: "lsb".to_owned(),
         name: "Rounding step seen in the data".to_owned(),
         unit: Some(Unit::DEG_PER_H),
+        per: "",
         cells: [step.clone(), step.clone(), step],
     });
     parameters.push(ParameterRow {
@@ -260,6 +261,7 @@ pub(crate) fn characterize() -> CharacterizePage {
         term: "fit".to_owned(),
         name: "Do the terms explain the curve?".to_owned(),
         unit: None,
+        per: "",
         cells: words([
             ("barely", "warn", "p = 0.05"),
             ("yes", "good", "p = 0.86"),

@@ -48,6 +48,8 @@ pub struct ParameterRow {
     pub name: String,
     /// Unit in the first choice of units; `None`: that of the term, or none for words.
     pub unit: Option<Unit>,
+    /// What follows every choice of units: `/K` for a coefficient of the temperature, else nothing.
+    pub per: &'static str,
     /// x, y, z.
     pub cells: [ParameterCell; 3],
 }
@@ -60,6 +62,7 @@ impl ParameterRow {
             term: term.to_owned(),
             name: String::new(),
             unit: Some(Unit::of_term(sensor, term)),
+            per: "",
             cells: cells.map(ParameterCell::Estimate),
         }
     }
@@ -80,6 +83,8 @@ pub struct LogReport {
     pub timeline: IssueTimeline,
     /// Allan deviations, one list a sensor.
     pub allan: Vec<Vec<AllanPanel>>,
+    /// What the measured curves hold and the fitted ones do not; empty where there is nothing.
+    pub allan_note: Rich,
     /// Spectra, one list a sensor.
     pub spectrum: Vec<Vec<SpectrumPanel>>,
     /// Time series, one list a sensor.
@@ -271,6 +276,9 @@ fn write_log(log: &LogReport, suffix: &str, with_switch: bool, out: &mut String)
         "Solid blue: measured, with its 95 % band. Orange: the sum of the fitted terms. Dotted: each term \
          alone. Circle: N at τ = 1 s. Dashed: the upper limit of a term that was not seen.",
     );
+    if !log.allan_note.is_empty() {
+        allan = allan.with(Block::Paragraph(log.allan_note.clone()));
+    }
     for panels in &log.allan {
         allan = allan.with(Block::Panels(allan_panels(panels)));
     }
@@ -407,7 +415,12 @@ fn write_row(row: &ParameterRow, out: &mut String) {
     if let Some(units) = &units {
         out.push_str(" <span class=\"unit\">");
         for ((unit, _), class) in units.iter().zip(CLASSES) {
-            let _ = write!(out, "<span class=\"{class}\">{}</span>", escape(unit));
+            let _ = write!(
+                out,
+                "<span class=\"{class}\">{}{}</span>",
+                escape(unit),
+                row.per
+            );
         }
         out.push_str("</span>");
     }

@@ -1,5 +1,6 @@
 //! The outcome as the page of the report: parameters, findings, Allan deviations, spectra, time series, limits.
 
+use super::page_regressors;
 use super::page_words::{facts, file_name, limits, overview, rich_verdict};
 use super::text::{findings, probability, shown, shown_sensor};
 use super::{AxisOutcome, LogOutcome, Outcome, key_of};
@@ -79,6 +80,7 @@ fn report(log: &LogOutcome, pooled: bool) -> LogReport {
         verdict: rich_verdict(log),
         facts: facts(log),
         timeline: timeline(log),
+        allan_note: page_regressors::taken_out(log),
         limits: limits(log, pooled),
         ..LogReport::default()
     };
@@ -157,6 +159,7 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
             .as_ref()
             .map_or(Shown::Absent, |e| shown(&e.mean))
     });
+    out.extend(page_regressors::rows(axes, sensor));
     out.push(ParameterRow::estimates(as_shown, "mean", mean));
     if axes.iter().any(|a| a.lsb.is_some()) {
         let mut step = ParameterRow {
@@ -164,6 +167,7 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
             term: "lsb".to_owned(),
             name: "Rounding step seen in the data".to_owned(),
             unit: Some(Unit::of_term(as_shown, "lsb")),
+            per: "",
             cells: Default::default(),
         };
         for axis in axes {
@@ -182,6 +186,7 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
         term: "fit".to_owned(),
         name: "Does the fit explain the curve?".to_owned(),
         unit: None,
+        per: "",
         cells: Default::default(),
     };
     for axis in axes {

@@ -1,8 +1,9 @@
 //! The outcome in a terminal: the answer first, a table a sensor, findings, what the log could not tell.
 
+use super::page_regressors::temperature_of;
 use super::{AxisOutcome, LogOutcome, Outcome, key_of};
 use crate::findings::{gathered, sensor};
-use sagnac_analysis::fit::{Estimate, RegressorKind, Status, Term};
+use sagnac_analysis::fit::{Estimate, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_log::{Issue, IssueKind};
 use sagnac_report::text::{
@@ -212,20 +213,7 @@ pub(crate) fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
     for axis_regressors in [0, 1] {
         // Temperature coefficients of power 1 and 2, where any axis has them.
         let power = axis_regressors + 1;
-        let cells: Vec<Estimate> = axes
-            .iter()
-            .map(|a| {
-                a.estimate
-                    .iter()
-                    .flat_map(|e| &e.regressors)
-                    .find(
-                        |r| matches!(r.kind, RegressorKind::Temperature { power: p } if p == power),
-                    )
-                    .map_or(Estimate::ABSENT, |r| {
-                        Estimate::detected(r.value, r.lower, r.upper, (r.upper - r.lower) / 3.92)
-                    })
-            })
-            .collect();
+        let cells: Vec<Estimate> = axes.iter().map(|a| temperature_of(a, power)).collect();
         temperature_row(&mut table, power, shown_as, &cells);
     }
     let means: Vec<Estimate> = axes
