@@ -146,6 +146,12 @@ fn a_term_that_cannot_come_is_refused() {
             2,
             "bias_instability is not looked for",
         ),
+        (
+            "angle_random_walk=5%",
+            "gauss_markov,bias_instability",
+            2,
+            "without white noise among the terms no noise is explained",
+        ),
     ] {
         let mut child = follow(folder.path(), &["-", "--until", list, "--terms", terms]);
         // It may have refused before it read.
@@ -188,4 +194,59 @@ fn a_growing_file_is_read_on_until_an_interrupt() {
         said.contains("1 sigma") && said.contains("gyro B not seen yet"),
         "{said}"
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_is_cut_replaced_or_removed_is_followed_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    let all = rows(600);
+    let place = |row: usize| all.match_indices('\n').nth(row).unwrap().0 + 1;
+    fs::write(&path, &all[..place(300)]).unwrap();
+    let child = follow(folder.path(), &["log.csv", "--format", "json"]);
+    let wait = || std::thread::sleep(Duration::from_millis(1500));
+    wait();
+    // Cut and written on: the times go on.
+    let header = &all[..place(0)];
+    fs::write(&path, format!("{header}{}", &all[place(300)..])).unwrap();
+    wait();
+    // Another recording in its place.
+    fs::write(folder.path().join("next.csv"), &all[..place(200)]).unwrap();
+    fs::rename(folder.path().join("next.csv"), &path).unwrap();
+    wait();
+    fs::remove_file(&path).unwrap();
+    wait();
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &id]).status();
+    assert!(kill.unwrap().success());
+    let (code, out, said) = ended(child);
+    assert_eq!(code, 0, "{said}");
+    assert!(
+        said.contains("read from its start: its times go on, what was read before counts as well"),
+        "{said}"
+    );
+    assert!(
+        said.contains("log.csv was replaced, read from its start: its times begin again"),
+        "{said}"
+    );
+    assert_eq!(said.matches("was removed").count(), 1, "{said}");
+    assert!(said.contains("6 s read"), "{said}");
+    assert!(out.contains("\"samples\":200"), "{said}");
+}
+
+#[test]
+fn a_row_that_cannot_be_read_leaves_the_result_of_those_before() {
+    let folder = tempfile::tempdir().unwrap();
+    for (count, has_result) in [(500, true), (20, false)] {
+        let mut child = follow(folder.path(), &["-"]);
+        let text = rows(count) + "spoilt\n";
+        let mut pipe = child.stdin.take().unwrap();
+        pipe.write_all(text.as_bytes()).unwrap();
+        drop(pipe);
+        let (code, out, said) = ended(child);
+        assert_eq!(code, 1, "{said}");
+        assert_eq!(out.contains("Angle random walk"), has_result, "{out}");
+        assert!(said.contains("has 1 cell"), "{said}");
+    }
 }

@@ -1,10 +1,12 @@
 //! `sagnac characterize LOG…`: noise terms of each axis, with intervals.
 
 mod follow;
+mod growing;
 
 use std::path::PathBuf;
 
 use sagnac::Error;
+use sagnac::analysis::fit::Candidates;
 use sagnac::characterize::{NamedLog, Outcome, PageFacts, Request, candidates, characterize};
 use sagnac::log::Log;
 use sha2::{Digest as _, Sha256};
@@ -58,7 +60,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         candidates: args
             .terms
             .as_deref()
-            .map(candidates)
+            .map(wanted_terms)
             .transpose()?
             .unwrap_or_default(),
         one_sensor: args.one_sensor,
@@ -79,12 +81,13 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let page_file = claim(&args.report, "--report")?;
     // A pipe is hashed as it goes by: it cannot be read again.
     let hashes = Hashes::default();
-    let outcome = if args.follow {
+    let (outcome, ended_by) = if args.follow {
         follow::follow(args, &request, context)?
     } else {
         let mut reading = args.log.clone();
         reading.hashes = page_file.is_some().then(|| hashes.clone());
-        characterize(&read_all(&args.logs, &reading, context)?, &request)?
+        let logs = read_all(&args.logs, &reading, context)?;
+        (characterize(&logs, &request)?, None)
     };
     let mut outputs = Vec::new();
     if let Some(mut file) = model_file {
@@ -96,7 +99,21 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         outputs.push(file);
     }
     context.show(|| outcome.document(), || outcome.to_json())?;
-    context.wrote(&publish_all(outputs)?)
+    context.wrote(&publish_all(outputs)?)?;
+    ended_by.map_or(Ok(()), Err)
+}
+
+/// The terms to look for; without white noise nothing has power at every frequency, and the rest would stand for it.
+fn wanted_terms(list: &str) -> Result<Candidates, Error> {
+    let wanted = candidates(list)?;
+    if wanted.white {
+        return Ok(wanted);
+    }
+    Err(Error::usage(
+        "without white noise among the terms no noise is explained, and no interval holds",
+    )
+    .at(format!("--terms {list}"))
+    .advise("add angle_random_walk (gyro) or velocity_random_walk (accelerometer)"))
 }
 
 /// Reads logs whole, with a progress bar over their bytes.

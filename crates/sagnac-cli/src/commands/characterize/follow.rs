@@ -1,7 +1,5 @@
 //! `--follow`: reads a growing log, says the state on standard error, ends at a precision, the end, or an interrupt.
 
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -15,6 +13,7 @@ use sagnac::log::{Block, Layout, Log, ReadOptions, Source};
 use sagnac::plan::wanted_precisions;
 
 use super::Args;
+use super::growing::Growing;
 use crate::context::Context;
 use crate::outputs::{INTERRUPT_ENDS_INPUT, INTERRUPTED};
 use crate::progress::Redrawn;
@@ -22,34 +21,10 @@ use crate::progress::Redrawn;
 /// How often the state is said.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Waits at the end of a file for more of it; an interrupt is its end, in a text an early one: its last line is not whole.
-struct Tail {
-    file: File,
-    is_text: Option<bool>,
-}
+/// The result of all that was read, and what ended the reading where that is an error.
+pub(super) type Followed = (Outcome, Option<Error>);
 
-impl Read for Tail {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        loop {
-            if INTERRUPTED.load(Ordering::SeqCst) {
-                return match self.is_text {
-                    Some(true) => Err(io::Error::other("interrupted")),
-                    _ => Ok(0),
-                };
-            }
-            let n = self.file.read(buffer)?;
-            if n > 0 || buffer.is_empty() {
-                let is_byte_of_text = |c: &u8| *c > 31 || (9..14).contains(c);
-                self.is_text
-                    .get_or_insert_with(|| buffer[..n].iter().all(is_byte_of_text));
-                return Ok(n);
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-}
-
-pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Result<Outcome, Error> {
+pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Result<Followed, Error> {
     let wanted = args.until.as_deref().map(wanted_precisions).transpose()?;
     if let Some(wanted) = &wanted {
         check(wanted, &Sensor::ALL, &request.candidates)?;
@@ -58,22 +33,9 @@ pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Resul
     INTERRUPT_ENDS_INPUT.store(true, Ordering::SeqCst);
     let source = if path.is_file() {
         crate::outputs::reads(path)?;
-        let file = File::open(path).map_err(|e| {
-            Error::data(format!(
-                "{} cannot be read: {}",
-                path.display(),
-                crate::context::plain(&e)
-            ))
-        })?;
-        Source::stream(
-            path.display().to_string(),
-            Tail {
-                file,
-                is_text: None,
-            },
-        )
+        Input::Growing(Growing::open(path)?)
     } else {
-        crate::inputs::source(path)?.0
+        Input::Once(crate::inputs::source(path)?.0)
     };
     let name = if path == Path::new("-") {
         "standard input".to_owned()
@@ -86,7 +48,12 @@ pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Resul
     };
     let (sender, parts) = sync_channel(4);
     // It waits for input that may never come: the process does not wait for it.
-    std::thread::spawn(move || read(source, &options, &sender));
+    std::thread::spawn(move || match source {
+        Input::Once(source) => {
+            let _ = read(source, &options, &sender);
+        }
+        Input::Growing(file) => read_again_and_again(&file, &options, &sender),
+    });
     let mut live = Live {
         named: NamedLog {
             name,
@@ -96,6 +63,8 @@ pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Resul
         wanted: wanted.as_deref(),
         next_look: LEAST_SAMPLES,
         outcome: None,
+        anew: None,
+        error: None,
         reached: 0,
         said: None,
         pause: Duration::ZERO,
@@ -107,28 +76,67 @@ pub(super) fn follow(args: &Args, request: &Request, context: &Context) -> Resul
     live.end()
 }
 
-/// Rows with what is known of the log, or why there are no more.
-type Part = Result<(Block, Layout), Error>;
+/// What is read.
+enum Input {
+    /// A pipe or device, to its end.
+    Once(Source),
+    /// A file that grows, and may begin anew.
+    Growing(Growing),
+}
 
-fn read(source: Source, options: &ReadOptions, parts: &SyncSender<Part>) {
+/// What reading gives.
+enum Part {
+    /// Rows with what is known of the log.
+    Rows(Block, Layout),
+    /// The rows that follow are those of a file that begins anew, and why.
+    Anew(&'static str),
+    /// Something to be told.
+    Said(&'static str),
+    /// Why there are no more.
+    Error(Error),
+}
+
+/// Hands on what a source gives; its error, where it ends by one, or where nobody listens any more.
+fn read(source: Source, options: &ReadOptions, parts: &SyncSender<Part>) -> Result<(), ()> {
+    let failed = |e: Error| parts.send(Part::Error(e)).map_err(|_| ());
     let mut reader = match sagnac::log::open(source, options) {
         Ok(reader) => reader,
-        Err(e) => {
-            let _ = parts.send(Err(e.into()));
-            return;
-        }
+        Err(e) => return failed(e.into()),
     };
     loop {
         let mut block = Block::with_columns(reader.layout().channels.len());
-        let part = match reader.read_block(&mut block) {
-            Ok(true) => Ok((block, reader.layout().clone())),
-            Ok(false) => return,
-            Err(e) => Err(e.into()),
-        };
-        let is_last = part.is_err();
-        // Where nobody listens any more, nothing is to be read.
-        if parts.send(part).is_err() || is_last {
-            return;
+        match reader.read_block(&mut block) {
+            Ok(true) => {
+                let layout = reader.layout().clone();
+                parts.send(Part::Rows(block, layout)).map_err(|_| ())?;
+            }
+            Ok(false) => return Ok(()),
+            Err(e) => return failed(e.into()),
+        }
+    }
+}
+
+/// Reads a growing file, and again from its start where it was cut or another took its place.
+fn read_again_and_again(file: &Growing, options: &ReadOptions, parts: &SyncSender<Part>) {
+    loop {
+        // What a cut leaves of the last row is no row: its error is not told.
+        let (inner, held) = sync_channel(4);
+        let said = parts.clone();
+        let source = file.source(move |what| {
+            let _ = said.send(Part::Said(what));
+        });
+        std::thread::scope(|scope| {
+            scope.spawn(move || read(source, options, &inner));
+            for part in held {
+                let is_cut = matches!(part, Part::Error(_)) && file.begins_anew().is_some();
+                if !is_cut && parts.send(part).is_err() {
+                    return;
+                }
+            }
+        });
+        match file.take_anew() {
+            Some(why) if parts.send(Part::Anew(why)).is_ok() => {}
+            _ => return,
         }
     }
 }
@@ -142,6 +150,10 @@ struct Live<'a> {
     next_look: usize,
     /// The last look and its rows.
     outcome: Option<(usize, Outcome)>,
+    /// The file begins anew with the next rows, and why.
+    anew: Option<&'static str>,
+    /// What ended the reading, if it was no end.
+    error: Option<Error>,
     /// Precisions that were reached when the state was last said.
     reached: usize,
     said: Option<Instant>,
@@ -157,10 +169,21 @@ impl Live<'_> {
         while !INTERRUPTED.load(Ordering::SeqCst) {
             let wait = Duration::from_millis(100);
             let over = match parts.recv_timeout(wait) {
-                Ok(Ok((block, layout))) => self.take(block, layout)?,
+                Ok(Part::Rows(block, layout)) => self.take(block, layout)?,
+                Ok(Part::Anew(why)) => {
+                    self.anew = Some(why);
+                    false
+                }
+                Ok(Part::Said(what)) => {
+                    self.context.note(&format!("{} {what}", self.named.name));
+                    false
+                }
                 // What ends the recording may cut its last line.
-                Ok(Err(_)) if INTERRUPTED.load(Ordering::SeqCst) => true,
-                Ok(Err(e)) => return Err(e),
+                Ok(Part::Error(_)) if INTERRUPTED.load(Ordering::SeqCst) => true,
+                Ok(Part::Error(e)) => {
+                    self.error = Some(e);
+                    true
+                }
                 Err(RecvTimeoutError::Timeout) => false,
                 Err(RecvTimeoutError::Disconnected) => true,
             };
@@ -181,7 +204,7 @@ impl Live<'_> {
     fn rest(&mut self, parts: &Receiver<Part>) -> Result<(), Error> {
         let until = Instant::now() + 2 * SECOND;
         while Instant::now() < until
-            && let Ok(Ok((block, layout))) = parts.recv_timeout(SECOND)
+            && let Ok(Part::Rows(block, layout)) = parts.recv_timeout(SECOND)
         {
             self.begin(layout)?;
             append(&mut self.named.log, &block);
@@ -212,8 +235,51 @@ impl Live<'_> {
         Ok(())
     }
 
+    /// A file that begins anew goes on with what was read where its times do; else it is another recording, or the same
+    /// once more. False where it holds other channels: what was read is all.
+    fn begin_anew(&mut self, why: &str, block: &Block, layout: &Layout) -> bool {
+        let name = self.named.name.clone();
+        let old = &self.named.log;
+        if old.rows > 0 && old.layout.channels != layout.channels {
+            self.error = Some(
+                Error::data(format!("the file {why}, with other channels"))
+                    .at(name)
+                    .advise(
+                        "the result is that of what was read before; start again for the new file",
+                    ),
+            );
+            return false;
+        }
+        let last = old
+            .stamps
+            .len()
+            .checked_sub(1)
+            .and_then(|k| old.stamps.get(k));
+        let goes_on = matches!((last, block.stamps.get(0)), (Some(a), Some(b)) if b.since(a) > 0.0);
+        let then = if goes_on {
+            "its times go on, what was read before counts as well"
+        } else {
+            "its times begin again, what was read before is left out"
+        };
+        if !goes_on {
+            // What is known is said before it is left.
+            self.said = None;
+            self.look();
+            self.named.log = Log::default();
+            (self.outcome, self.next_look, self.reached) = (None, LEAST_SAMPLES, 0);
+        }
+        self.context
+            .note(&format!("{name} {why}, read from its start: {then}"));
+        true
+    }
+
     /// Adds rows; with a wanted precision looks as often as its growth asks for, at whatever speed it comes.
     fn take(&mut self, mut block: Block, layout: Layout) -> Result<bool, Error> {
+        if let Some(why) = self.anew.take()
+            && !self.begin_anew(why, &block, &layout)
+        {
+            return Ok(true);
+        }
         self.begin(layout)?;
         while block.rows > 0 {
             let log = &mut self.named.log;
@@ -279,20 +345,27 @@ impl Live<'_> {
         is_reached
     }
 
-    /// The result of all that was read.
-    fn end(mut self) -> Result<Outcome, Error> {
+    /// The result of all that was read, with the error that ended it; that alone where nothing was read.
+    fn end(mut self) -> Result<Followed, Error> {
         self.screen = None;
         let rows = self.named.log.rows;
+        let error = self.error.take();
         if rows == 0 {
-            return Err(Error::data(format!(
-                "fewer than {LEAST_SAMPLES} samples were there when it ended"
-            ))
-            .at(self.named.name)
-            .advise("let it run on, or look at what records it"));
+            return Err(error.unwrap_or_else(|| {
+                Error::data(format!(
+                    "fewer than {LEAST_SAMPLES} samples were there when it ended"
+                ))
+                .at(self.named.name)
+                .advise("let it run on, or look at what records it")
+            }));
         }
-        match self.outcome.take() {
+        let outcome = match self.outcome.take() {
             Some((of, outcome)) if of == rows => Ok(outcome),
             _ => characterized(&self.named, self.request),
+        };
+        match (outcome, error) {
+            (Ok(outcome), error) => Ok((outcome, error)),
+            (Err(_), Some(error)) | (Err(error), None) => Err(error),
         }
     }
 }
