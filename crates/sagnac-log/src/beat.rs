@@ -21,7 +21,10 @@ pub struct Cadence {
 impl Cadence {
     /// That of some stamps in a row; `None` where time never advances.
     pub fn of(stamps: &Stamps) -> Option<Self> {
-        let steps = steps(stamps);
+        let mut steps = steps(stamps);
+        if is_doubled(&steps) {
+            steps.retain(|s| *s != 0.0);
+        }
         if let Some(coarse) = Coarse::of(&steps) {
             return Some(Self {
                 dt_s: coarse.dt_s,
@@ -49,6 +52,9 @@ pub(crate) enum Event {
     Backwards,
 }
 
+/// Robust scatter of the steps over dt beyond which the clock is uneven.
+pub(crate) const SCATTERED: f64 = 0.05;
+
 /// The beat of a log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beat {
@@ -74,10 +80,10 @@ impl Beat {
             beat.undo_wraps(&mut steps, unit_s);
         }
         beat.wild = wild::rows(&log.stamps, &steps);
-        let is_twice = repeats_rows(log, &steps);
+        let is_twice = repeats_rows(log, &steps) || is_doubled(&steps);
         let of_rows = |steps: &[f64]| {
             if is_twice {
-                // Rows that were written twice are no samples.
+                // Rows that share a stamp with the one before are dropped.
                 let once: Vec<f64> = steps.iter().copied().filter(|s| *s != 0.0).collect();
                 interval(&once)
             } else {
@@ -212,7 +218,7 @@ impl Beat {
         let mut sorted = off;
         let n = sorted.len();
         let scatter = 1.4826 * median(&mut sorted).unwrap_or(0.0) / dt;
-        if scatter > 0.05 || (many as f64 > 0.01 * n as f64 && many > late / 4) {
+        if scatter > SCATTERED || (many as f64 > 0.01 * n as f64 && many > late / 4) {
             self.jitter = Some((many as u64, scatter));
         }
     }
@@ -302,6 +308,41 @@ fn repeats_rows(log: &Log, steps: &[f64]) -> bool {
         equal += usize::from(log.columns.iter().all(|c| c.get(k) == c.get(k + 1)));
     }
     !log.columns.is_empty() && 2 * equal > shared
+}
+
+/// Rows from one repeated stamp to the next where a logger repeats them by count.
+const BY_COUNT: std::ops::RangeInclusive<usize> = 10..=100;
+
+/// True where stamps are repeated as no rounding repeats them: in one part of the log and not in the rest, or to the row
+/// by count all along, where the rate would stand to the grid as n to n − 1. Rounding spreads them over the whole log,
+/// and two clocks drift past each other.
+fn is_doubled(steps: &[f64]) -> bool {
+    let zeros: Vec<usize> = (0..steps.len()).filter(|k| steps[*k] == 0.0).collect();
+    if zeros.len() < 30 {
+        return false;
+    }
+    let Some(usual) = crate::clock::usual(steps) else {
+        return false;
+    };
+    let is_even = |s: &&f64| **s == 0.0 || (**s - usual).abs() < 0.2 * usual;
+    if 10 * steps.iter().filter(is_even).count() < 9 * steps.len() {
+        return false;
+    }
+    let mut apart: Vec<f64> = zeros.windows(2).map(|w| (w[1] - w[0]) as f64).collect();
+    let period = apart[0];
+    if BY_COUNT.contains(&(period as usize)) && apart.iter().all(|n| *n == period) {
+        return true;
+    }
+    // What is free of them for longer than 64 rows is another part.
+    let ends = [zeros[0], steps.len() - zeros[zeros.len() - 1]];
+    let free: f64 = apart
+        .iter()
+        .copied()
+        .chain(ends.map(|n| n as f64))
+        .filter(|n| *n > 64.0)
+        .sum();
+    let is_dense = median(&mut apart).is_some_and(|n| n <= 3.0);
+    is_dense && free > 0.1 * steps.len() as f64
 }
 
 /// The shortest step that may be a gap: 1.5·dt; where stamps arrive in bursts three times the usual pause between them.

@@ -15,6 +15,9 @@ use crate::{Block, Error};
 const BLOCK: usize = 1 << 20;
 /// A header of more columns or bytes is none of ours.
 const MOST_COLUMNS: usize = 4096;
+/// So few rows of so many values are channels, not samples.
+const MOST_CHANNELS: u64 = 16;
+const LEAST_SAMPLES: usize = 64;
 
 /// A scalar of numpy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -261,7 +264,17 @@ fn plain(
             Error::data(format!(
                 "the array has {columns} columns, a log has 1 to {MOST_COLUMNS}"
             ))
+            .advise("a row is a sample: if its rows are channels, save array.T")
         })?;
+    if let (Sides::AsTheyAre, &[rows, _]) = (sides, shape.as_slice())
+        && rows <= MOST_CHANNELS
+        && columns >= LEAST_SAMPLES
+    {
+        return Err(Error::data(format!(
+            "the array has {rows} rows of {columns} values, as if its rows were channels"
+        ))
+        .advise("a row is a sample: save array.T"));
+    }
     Ok(Header {
         fields: vec![(String::new(), one); columns],
         is_structured: false,

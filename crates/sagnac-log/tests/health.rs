@@ -499,3 +499,67 @@ fn one_absurd_sample_is_no_wrong_unit() {
         }
     }
 }
+
+#[test]
+fn repeated_stamps_of_a_part_or_by_count_are_duplicates_and_coarse_ones_are_not() {
+    let in_order = |k: u32| format!("{:.2}", f64::from(k) / 100.0);
+    // The first 60 % twice; every tenth twice: other values each.
+    let part = (0..20_000).flat_map(|k| vec![in_order(k); if k < 12_000 { 2 } else { 1 }]);
+    let count = (0..20_000).flat_map(|k| vec![in_order(k); if k % 10 == 3 { 2 } else { 1 }]);
+    for (stamps, twice) in [
+        (part.collect::<Vec<_>>(), 12_000),
+        (count.collect::<Vec<_>>(), 2000),
+    ] {
+        let log = stamped(&stamps);
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        assert_eq!((health.dt_s, health.stamp_step_s), (0.01, None));
+        assert!(
+            about_time(&health).iter().all(|i| i.0 == "duplicate"),
+            "{:?}",
+            about_time(&health)
+        );
+        let all: u64 = about_time(&health).iter().map(|i| i.1).sum();
+        assert_eq!(all, twice);
+    }
+    for (rate, grid) in [(3000.0, 1e-3), (1125.0, 1e-3), (104.0, 0.01)] {
+        // 20 ppm between the clocks.
+        let stamp = |k: u32| (f64::from(k) * 1.000_02 / rate / grid).floor() * grid;
+        let log = stamped(
+            &(0..60_000)
+                .map(|k| format!("{:.3}", stamp(k)))
+                .collect::<Vec<_>>(),
+        );
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        assert_eq!(
+            health.stamp_step_s.map(|s| (s / grid).round()),
+            Some(1.0),
+            "{rate}"
+        );
+        assert!((health.dt_s * rate - 1.0).abs() < 1e-3, "{rate}");
+        assert_eq!(about_time(&health), [], "{rate}");
+    }
+}
+
+#[test]
+fn an_infinite_value_is_one_finding() {
+    for value in [f64::INFINITY, f64::NEG_INFINITY] {
+        let mut log = log(200.0, |_, _| 1.0, |_, _| 0.0);
+        log.columns[0][5000] = value;
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        let found: Vec<_> = health.issues.iter().map(|i| (i.kind, i.count)).collect();
+        assert_eq!(found, [(IssueKind::Nan, 1)]);
+    }
+}
+
+#[test]
+fn an_uneven_clock_concerns_every_row() {
+    // The rate drifts by ±15 % and no step is off by 20 %.
+    let stamp = |k: u32| 0.01 * f64::from(k) + 0.15 * 0.01 * 3000.0 * (f64::from(k) / 3000.0).sin();
+    let log = stamped(
+        &(0..30_000)
+            .map(|k| format!("{:.6}", stamp(k)))
+            .collect::<Vec<_>>(),
+    );
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    assert_eq!(about_time(&health), [("jitter", 30_000)]);
+}

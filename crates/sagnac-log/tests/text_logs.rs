@@ -573,3 +573,58 @@ fn numpy_times_count_from_the_first_sample_where_f64_would_lose() {
     assert_eq!(again.stamps.get(0).unwrap().seconds(), 0.0);
     assert!((again.stamps.get(1).unwrap().seconds() - 0.005016001).abs() < 1e-12);
 }
+
+#[test]
+fn rows_that_end_by_a_comma_have_no_further_column() {
+    let rows: String = (0..600).map(|k| format!("{k},{k},\n")).collect();
+    let log = text(&format!("time [s],gyro_x [rad/s],\n{rows}")).unwrap();
+    assert_eq!(log.layout.channels.len(), 1);
+    // A column with a name, or with a value, is one.
+    for (head, row) in [
+        ("time [s],gyro_x [rad/s],flag", "0,1,"),
+        ("time [s],gyro_x [rad/s],", "0,1,2"),
+    ] {
+        let log = text(&format!("{head}\n{row}\n1,1,\n")).unwrap();
+        assert_eq!(log.layout.channels.len(), 2, "{head}");
+    }
+}
+
+#[test]
+fn capitals_are_read_with_units_and_told_without() {
+    let log = text("Time [s],Gyro_X [rad/s],GYRO_Y [rad/s]\n0,1,2\n1,3,4\n").unwrap();
+    assert_eq!(log.channel("gyro_y").unwrap(), [2.0, 4.0]);
+    assert_eq!(log.stamps.len(), 2);
+    for (head, hint) in [
+        (
+            "Time,gyro_x [rad/s]",
+            "column `Time` with its unit, time [s]",
+        ),
+        ("Time,Gyro_X", "--columns 'time=0:s"),
+    ] {
+        let error = text(&format!("{head}\n0,1\n1,2\n")).unwrap_err();
+        let advice = error.advice().unwrap();
+        assert!(advice.contains(hint), "{error}: {advice}");
+    }
+}
+
+#[test]
+fn a_log_without_rows_is_named() {
+    check_error(
+        text("time [s],gyro_x [rad/s]\n\n"),
+        false,
+        "the log has no samples",
+    );
+}
+
+#[test]
+fn a_transposed_array_is_told() {
+    let data = vec![0_u8; 8 * 6 * 400];
+    let options = ReadOptions {
+        rate_hz: Some(100.0),
+        ..options("gyro=0,1,2:rad/s")
+    };
+    let file = |shape: &str| Source::memory("a.npy", npy("'<f8'", false, shape, &data));
+    let error = read(file("(6, 400)"), &options).unwrap_err();
+    assert!(error.advice().unwrap().contains("save array.T"), "{error}");
+    assert_eq!(read(file("(400, 6)"), &options).unwrap().rows, 400);
+}

@@ -24,7 +24,7 @@ use sagnac_analysis::{
     Curve, Density, Deviation, Estimate, TauGrid, Window, deviations, dynamic, welch,
 };
 use sagnac_log::health::{self, ChannelHealth, HealthOptions};
-use sagnac_log::{Block, Channel, Issue, Layout, Log, LogReader, Quantity};
+use sagnac_log::{Block, Channel, Issue, IssueKind, Layout, Log, LogReader, Quantity};
 use sagnac_report::text::duration;
 
 use crate::Error;
@@ -132,7 +132,12 @@ fn curves(reader: &mut dyn LogReader, request: &AllanRequest) -> Result<AllanOut
         rest: reader,
     };
     // A promise is believed only as far as it makes the answer cheaper; the rows decide.
-    if limit > 0 && promised.saturating_mul(width) <= limit.max(MOST_EXACT_VALUES) {
+    let most = if request.spectrum {
+        limit
+    } else {
+        limit.max(MOST_EXACT_VALUES)
+    };
+    if limit > 0 && promised.saturating_mul(width) <= most {
         let whole = replay.fill(limit / width)?;
         if whole {
             let log = Log::read(&mut replay)?;
@@ -220,7 +225,7 @@ fn exact(log: &Log, axes: &[usize], request: &AllanRequest) -> Result<AllanOutco
         segments: 1,
         estimate: Estimate::Exact,
         axes: Vec::with_capacity(axes.len()),
-        issues: health.issues.clone(),
+        issues: health.issues.iter().map(as_of_curve).collect(),
         notes: [log.layout.notes.as_slice(), &health.notes].concat(),
     };
     if let Some(window_s) = request.dynamic_s
@@ -264,6 +269,18 @@ fn exact(log: &Log, axes: &[usize], request: &AllanRequest) -> Result<AllanOutco
         }
         _ => Ok(outcome),
     }
+}
+
+/// A finding as it holds for a curve: what leaves the parameters alone is in the curve.
+fn as_of_curve(issue: &Issue) -> Issue {
+    let mut own = issue.clone();
+    if own.kind == IssueKind::Motion {
+        own.text = own.text.replace(
+            "; left out of the parameters",
+            "; the curve holds it, characterize leaves it out of the parameters alone",
+        );
+    }
+    own
 }
 
 impl AllanAxis {

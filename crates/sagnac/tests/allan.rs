@@ -115,3 +115,64 @@ fn what_is_too_short_says_what_would_do() {
         assert!(error.advice.is_some() && error.place.is_some());
     }
 }
+
+/// Rows at 100 Hz with two gyro axes and uniform noise, the cells as `cell(row, axis, noise)` gives them.
+fn two_axes(rows: usize, cell: impl Fn(usize, usize, f64) -> String) -> String {
+    let mut state = 5_u64;
+    let mut out = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s]\n");
+    for k in 0..rows {
+        out += &format!("{}", k as f64 / 100.0);
+        for axis in 0..2 {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let y = (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+            out += &format!(",{}", cell(k, axis, y));
+        }
+        out.push('\n');
+    }
+    out
+}
+
+#[test]
+fn an_axis_at_its_own_rate_has_numbers_in_the_table() {
+    let every_second = |k: usize, axis: usize, y: f64| match (axis, k % 2) {
+        (1, 1) => String::new(),
+        _ => y.to_string(),
+    };
+    for taus in [TauGrid::Default, TauGrid::Decade, TauGrid::Octave] {
+        let request = AllanRequest {
+            taus: taus.clone(),
+            ..AllanRequest::default()
+        };
+        let outcome = run(two_axes(20_000, every_second), &request).unwrap();
+        assert_eq!(outcome.issues[0].kind.name(), "nan");
+        assert_eq!(outcome.issues[0].count, 10_000);
+        let words = outcome
+            .document()
+            .render(sagnac::report::text::Style::PLAIN);
+        let table = words.lines().skip_while(|l| !l.starts_with("tau")).skip(2);
+        let rows: Vec<Vec<&str>> = table
+            .take_while(|l| !l.is_empty())
+            .map(|l| l.split_whitespace().collect())
+            .collect();
+        for axis in [1, 2] {
+            let filled = rows.iter().filter(|r| r[axis] != "-").count();
+            assert!(filled >= 4, "{taus:?}: {words}");
+        }
+    }
+}
+
+#[test]
+fn motion_is_said_to_be_in_the_curve() {
+    let knock = |k: usize, _: usize, y: f64| {
+        (y + if (9000..9300).contains(&k) { 30.0 } else { 0.0 }).to_string()
+    };
+    let outcome = run(two_axes(20_000, knock), &AllanRequest::default()).unwrap();
+    let motion = outcome.issues.iter().find(|i| i.kind.name() == "motion");
+    let text = &motion.unwrap().text;
+    assert!(
+        text.contains("the curve holds it") && !text.contains("; left out"),
+        "{text}"
+    );
+}

@@ -122,18 +122,32 @@ const MOST_OF_A_KIND: usize = 100;
 /// ```
 pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Error> {
     if !log.columns.is_empty() && log.columns.iter().flatten().all(|v| !v.is_finite()) {
-        return Err(
-            Error::data("the log holds no numbers: every value is NaN or infinite")
-                .advise("look at what recorded it"),
-        );
+        return Err(no_numbers());
     }
+    let mut health = check_part(log, options)?;
+    let (dt_s, first_s) = (health.dt_s, health.first_s);
+    health.issues = listed(health.issues, dt_s, first_s);
+    Ok(health)
+}
+
+/// The error of a log without numbers.
+pub fn no_numbers() -> Error {
+    Error::data("the log holds no numbers: every value is NaN or infinite")
+        .advise("look at what recorded it")
+}
+
+/// Checks a part of a log: as [`check`], with every finding by itself, and with numbers or without.
+///
+/// # Errors
+/// Stamps that never advance, and no rate.
+pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Error> {
     let clock = time::Clock::of(log)?;
     let dt = clock.dt_s;
     let mut issues = time::issues(&clock, &clean::gaps(&clock));
     let grid = clean::Grid::of(&clock);
     let mut channels = Vec::with_capacity(log.columns.len());
     let mut stuck = Vec::with_capacity(log.columns.len());
-    let mut notes = Vec::new();
+    let (mut notes, mut thinned) = (Vec::new(), Vec::new());
     let mut thins: Vec<Option<thin::Thin>> = Vec::with_capacity(log.columns.len());
     for (channel, all) in log.channels() {
         let mut thin = thin::Thin::of(all).filter(|_| !options.moving);
@@ -143,7 +157,7 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
         let values = thin.as_ref().map_or(all, |t| t.values.as_slice());
         let facts = channel::Facts::of(values);
         if let Some(thin) = &thin {
-            thin_note(&channel.name, thin, dt, &mut notes);
+            thin::remark(&channel.name, thin, &clock, (&mut thinned, &mut notes));
             channel::lost_issues(&channel.name, thin, &clock, &mut issues);
         } else {
             channel::nan_issues(&channel.name, values, &clock, &facts, &mut issues);
@@ -219,13 +233,14 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
             channel::non_stationary_issues(health, &clock, &mut issues);
         }
     }
-    short_issue(log.rows, &clock, &mut issues);
+    let ends_s = [0, log.rows.saturating_sub(1)].map(|row| clock.absolute(row));
+    issues.extend(short(log.rows, clock.duration_s(), ends_s.into()));
     issues.retain(|i| i.count > 0);
     // Where time goes back the last row need not be the latest.
     for i in issues.iter_mut().filter(|i| i.end_s < i.start_s) {
         (i.start_s, i.end_s) = (i.end_s, i.start_s);
     }
-    let issues = limit(&merge(issues, dt), clock.absolute(0));
+    issues.append(&mut thinned);
     Ok(Health {
         dt_s: dt,
         first_s: clock.absolute(0),
@@ -271,55 +286,39 @@ pub fn moved(log: &Log) -> Result<Vec<Moved>, Error> {
         .collect())
 }
 
-/// Says that a channel is taken at its own interval; channels alike share a sentence.
-fn thin_note(name: &str, thin: &thin::Thin, dt_s: f64, notes: &mut Vec<String>) {
-    let every = ordinal(thin.every);
-    let tail = if thin.is_joined {
-        format!(": a value in every {every} row, joined by lines")
-    } else {
-        let rate_hz = 1.0 / (dt_s * thin.every as f64);
-        format!(": a value in every {every} row, taken at {rate_hz:.6} Hz")
-    };
-    let tail = tail.replace(".000000 Hz", " Hz");
-    match notes.iter_mut().find(|n| n.ends_with(&tail)) {
-        Some(note) => {
-            note.insert_str(note.len() - tail.len(), &format!(", {name}"));
-        }
-        None => notes.push(format!("{name}{tail}")),
-    }
-}
-
-fn ordinal(n: usize) -> String {
-    let end = match (n % 10, n % 100) {
-        (_, 11..=13) => "th",
-        (1, _) => "st",
-        (2, _) => "nd",
-        (3, _) => "rd",
-        _ => "th",
-    };
-    format!("{n}{end}")
-}
-
 /// Fewer numbers than this give no parameters.
 const FEWEST_NUMBERS: usize = 64;
 
-fn short_issue(rows: usize, clock: &time::Clock<'_>, issues: &mut Vec<Issue>) {
-    let span = clock.duration_s();
+/// The finding of a log that is short as a whole; `ends_s` are the times of its first and last sample.
+pub fn short(rows: usize, span_s: f64, ends_s: (f64, f64)) -> Option<Issue> {
     let text = if rows < FEWEST_NUMBERS {
         format!("{rows} samples: no parameters from fewer than {FEWEST_NUMBERS}")
-    } else if span < 100.0 {
-        format!("{span:.3} s: bias instability, walks and ramps only as upper limits under 100 s")
+    } else if span_s < 100.0 {
+        format!("{span_s:.3} s: bias instability, walks and ramps only as upper limits under 100 s")
     } else {
-        return;
+        return None;
     };
-    issues.push(Issue {
+    Some(Issue {
         kind: IssueKind::Short,
         channel: None,
-        start_s: clock.absolute(0),
-        end_s: clock.absolute(rows.saturating_sub(1)),
+        start_s: ends_s.0,
+        end_s: ends_s.1,
         count: rows as u64,
         text,
-    });
+    })
+}
+
+/// Findings as they are listed: neighbors joined, at most 100 of a kind, by kind, channel and time.
+pub fn listed(issues: Vec<Issue>, dt_s: f64, first_s: f64) -> Vec<Issue> {
+    // What is said of a channel as a whole is no neighbor of what is lost in places.
+    let (whole, issues) = issues.into_iter().partition(thin::is_thin);
+    let mut out = limit(&merge(issues, dt_s), first_s);
+    for own in thin::joined(whole) {
+        let place = (own.kind, own.channel.clone());
+        let at = out.partition_point(|i| (i.kind, &i.channel) < (place.0, &place.1));
+        out.insert(at, own);
+    }
+    out
 }
 
 /// Neighbors of one kind and channel, less than 1 s or 10 samples apart, become one.

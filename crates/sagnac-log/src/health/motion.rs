@@ -122,14 +122,14 @@ pub(crate) fn intervals(log: &Log, clock: &Clock<'_>, stuck: &[Vec<Range<usize>>
     // The clearest first: what they take leaves the judgement of the rest alone.
     let mut known = stuck.to_vec();
     let mut absurd = Vec::new();
-    // An infinite value is a lost sample, as NaN is, and so is one that no sensor gives: no average holds one.
+    // A value that no sensor gives is left out of every average; an infinite one is a lost sample, as NaN is.
     for (known, (channel, values)) in known.iter_mut().zip(log.channels()) {
         let most = match channel.quantity {
             Quantity::AngularRate => BEYOND_ANY_RATE_RAD_S,
             Quantity::SpecificForce => BEYOND_ANY_FORCE_M_S2,
             _ => f64::MAX,
         };
-        let runs = super::channel::runs(values, |v| v.abs() > most);
+        let runs = super::channel::runs(values, |v| v.is_finite() && v.abs() > most);
         // A channel of nothing else has no rest that they could be left out of.
         if 2 * runs.iter().map(Range::len).sum::<usize>() < values.len() {
             absurd.extend(runs.iter().map(|rows| Motion {

@@ -4,6 +4,9 @@
 
 use std::ops::Range;
 
+use super::time::Clock;
+use crate::{Issue, IssueKind};
+
 /// Longest distance that is looked for.
 const MOST: usize = 1000;
 /// Share of the distances that are k.
@@ -144,6 +147,72 @@ impl OwnGrid {
             .map(|k| all.get(k).copied().unwrap_or(f64::NAN))
             .collect()
     }
+}
+
+/// How the finding of a channel with a value in every k-th row begins.
+const BEGINS: &str = "a value in every ";
+/// How it ends.
+const ENDS: &str = " rows have none";
+
+/// Says that a channel is taken at its own interval: the rows without a value are a finding, those that lines join (a
+/// temperature) lose nothing and are a note.
+pub(super) fn remark(
+    name: &str,
+    thin: &Thin,
+    clock: &Clock<'_>,
+    (own, notes): (&mut Vec<Issue>, &mut Vec<String>),
+) {
+    let every = ordinal(thin.every);
+    if thin.is_joined {
+        notes.push(format!("{name}: {BEGINS}{every} row, joined by lines"));
+        return;
+    }
+    let rows = clock.log.rows;
+    let lost: usize = thin.lost().map(|l| l.1).sum();
+    let empty = (rows - thin.rows.len()).saturating_sub(lost);
+    let rate = format!("{:.6}", 1.0 / (clock.dt_s * thin.every as f64));
+    let rate = rate.trim_end_matches('0').trim_end_matches('.');
+    own.push(Issue {
+        kind: IssueKind::Nan,
+        channel: Some(name.to_owned()),
+        start_s: clock.absolute(0),
+        end_s: clock.absolute(rows.saturating_sub(1)),
+        count: empty as u64,
+        text: format!("{BEGINS}{every} row alone, taken at {rate} Hz; {empty}{ENDS}"),
+    });
+}
+
+/// Whether a finding is that of a channel with a value in every k-th row.
+pub(super) fn is_thin(issue: &Issue) -> bool {
+    issue.text.starts_with(BEGINS) && issue.text.ends_with(ENDS)
+}
+
+/// One such finding a channel; parts of a log find it again and again.
+pub(super) fn joined(issues: Vec<Issue>) -> Vec<Issue> {
+    let mut out: Vec<Issue> = Vec::new();
+    for issue in issues {
+        let Some(known) = out.iter_mut().find(|o| o.channel == issue.channel) else {
+            out.push(issue);
+            continue;
+        };
+        known.end_s = known.end_s.max(issue.end_s);
+        known.count += issue.count;
+        if let Some((begin, _)) = known.text.rsplit_once("; ") {
+            known.text = format!("{begin}; {}{ENDS}", known.count);
+        }
+    }
+    out
+}
+
+fn ordinal(n: usize) -> String {
+    let end = match (n % 10, n % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{n}{end}")
 }
 
 #[cfg(test)]

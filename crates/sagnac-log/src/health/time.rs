@@ -4,7 +4,7 @@
 //! less k·dt have to stay away.
 
 use super::clean::Gap;
-use crate::beat::{Beat, Event};
+use crate::beat::{Beat, Event, SCATTERED};
 use crate::{Error, Issue, IssueKind, Log, Stamp};
 
 /// The clock of a log.
@@ -184,7 +184,12 @@ pub(crate) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Issue> {
         push(kind, row, row, 1, text);
     }
     if let Some((many, scatter)) = clock.beat.jitter {
-        let count = many.max(1);
+        // Scatter concerns every row, steps that are far off themselves alone.
+        let count = if scatter > SCATTERED {
+            clock.log.rows as u64
+        } else {
+            many.max(1)
+        };
         let text = format!(
             "steps scatter by {:.1} % of dt, {many} are off by more than 20 %; taken as equally spaced",
             100.0 * scatter

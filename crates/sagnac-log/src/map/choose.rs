@@ -33,7 +33,8 @@ pub(super) fn keep_others(
 ) -> Vec<String> {
     let mut notes = Vec::new();
     for (index, column) in raw.columns.iter().enumerate() {
-        if column.is_text && !with_text
+        if column.is_nothing
+            || column.is_text && !with_text
             || time.is_some_and(|(at, _)| at == index)
             || ops.iter().any(|op| op.column == index)
         {
@@ -334,6 +335,37 @@ fn find(raw: &RawLayout, name: &str) -> Result<usize, Error> {
     }
 }
 
+/// The channel of a full name: `gyro` alone is no channel, accumulated angles are for `--columns`.
+fn channel_role(name: &str) -> Option<(Role, Option<usize>)> {
+    Role::parse(name).filter(|(r, a)| {
+        a.is_some() == r.has_axes() && !matches!(r, Role::Angle | Role::Speed) && !r.is_of_path()
+    })
+}
+
+/// The channel that a column would be in lower case, where no other column has that name.
+fn other_case(raw: &RawLayout, column: &RawColumn) -> Option<(Role, Option<usize>)> {
+    let lower = column.name.trim().to_ascii_lowercase();
+    let is_taken = raw.columns.iter().any(|c| c.name.trim() == lower);
+    channel_role(&lower).filter(|_| !is_taken)
+}
+
+/// What to write for a column that is a channel but for its capitals and its unit.
+pub(super) fn capital_hint(raw: &RawLayout) -> Option<String> {
+    let (index, column, role) = raw
+        .columns
+        .iter()
+        .enumerate()
+        .find_map(|(k, c)| Some((k, c, other_case(raw, c)?.0)))?;
+    let name = column.name.trim();
+    let unit = example_unit(role);
+    Some(format!(
+        "write column `{}` with its unit, {} [{unit}], or name it: --columns '{}={index}:{unit}, …'",
+        clip(name),
+        name.to_ascii_lowercase(),
+        role.channel(channel_role(&name.to_ascii_lowercase()).and_then(|r| r.1)),
+    ))
+}
+
 /// Channels by the names of the columns, or by the format's own definition; the others as they are,
 /// those of text where `with_text`.
 pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error> {
@@ -342,14 +374,10 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
     let mut known = 0;
     for (index, column) in raw.columns.iter().enumerate() {
         let name = column.channel.as_deref().unwrap_or(&column.name);
-        let role = Role::parse(name).filter(|(r, a)| {
-            // Only full channel names: `gyro` alone is no channel, accumulated angles are for --columns.
-            a.is_some() == r.has_axes()
-                && !matches!(r, Role::Angle | Role::Speed)
-                && !r.is_of_path()
-        });
+        let role = channel_role(name)
+            .or_else(|| other_case(raw, column).filter(|_| column.unit.is_some()));
         let Some((role, axis)) = role else {
-            if with_text || !column.is_text {
+            if !column.is_nothing && (with_text || !column.is_text) {
                 let other = as_it_is(column, index, &ops);
                 ops.push(other);
             }
@@ -415,7 +443,10 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
     if known == 0 {
         return Err(Error::data("no column of the log is a channel by its name")
             .at(columns_place(raw))
-            .advise(format!("say what they are, for instance {}", example(raw))));
+            .advise(
+                capital_hint(raw)
+                    .unwrap_or_else(|| format!("say what they are, for instance {}", example(raw))),
+            ));
     }
     for (i, op) in ops.iter().enumerate() {
         let is_same = |o: &Op| o.channel.name == op.channel.name;

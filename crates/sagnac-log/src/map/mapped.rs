@@ -3,7 +3,9 @@
 //! value_SI = value·factor + offset; increments are divided by dt, accumulated angles are differenced before.
 
 use super::axes::{AxisMap, remount};
-use super::choose::{Op, by_name, by_request, keep_others, say_increments, say_texts, take_texts};
+use super::choose::{
+    Op, by_name, by_request, capital_hint, keep_others, say_increments, say_texts, take_texts,
+};
 use super::columns::{Scale, parse};
 use super::hints::{another_sort, columns_place};
 use super::raw::{Plan, RawReader};
@@ -25,6 +27,7 @@ pub(crate) struct Mapped {
     rows_seen: u64,
     rows_kept: u64,
     done: bool,
+    is_live: bool,
     scratch: Block,
     own_notes: Vec<String>,
 }
@@ -80,7 +83,10 @@ impl Mapped {
             }
             return Err(Error::data("the log has no time and no rate")
                 .at(columns_place(&found))
-                .advise("add --rate, for instance --rate 100Hz"));
+                .advise(match capital_hint(&found) {
+                    Some(hint) => format!("{hint}; or add --rate, for instance --rate 100Hz"),
+                    None => "add --rate, for instance --rate 100Hz".to_owned(),
+                }));
         }
         let plan = Plan {
             time,
@@ -135,6 +141,7 @@ impl Mapped {
             rows_seen: 0,
             rows_kept: 0,
             done: false,
+            is_live: options.is_live,
             scratch: Block::default(),
             own_notes: Vec::new(),
         };
@@ -280,6 +287,11 @@ impl LogReader for Mapped {
                 .advise("both count from the first sample"));
         }
         self.scratch = scratch;
+        if self.rows_seen == 0 && !self.is_live {
+            return Err(Error::data("the log has no samples")
+                .at(self.label.clone())
+                .advise("look at what recorded it, or copy it again"));
+        }
         Ok(false)
     }
 }

@@ -20,6 +20,8 @@ pub(crate) struct RawColumn {
     pub(crate) is_text: bool,
     /// True where its text is ISO 8601 dates.
     pub(crate) is_date: bool,
+    /// True of the last column where it has neither name nor value: the rows end by a separator.
+    pub(crate) is_nothing: bool,
     /// Its header, unit and all, as the source writes it.
     pub(crate) header: String,
 }

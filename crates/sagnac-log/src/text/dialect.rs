@@ -436,6 +436,7 @@ fn columns_of(names: Vec<String>, data: &[Vec<&[u8]>], width: usize) -> Vec<RawC
                 channel: None,
                 preview: values,
                 is_text,
+                is_nothing: k + 1 == width && text.is_empty() && filled == 0 && !data.is_empty(),
                 is_date: is_text && first.is_some_and(|c| super::iso::parse(c).is_some()),
                 header: text,
             }

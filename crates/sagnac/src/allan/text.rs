@@ -140,7 +140,7 @@ impl AllanOutcome {
                 axis.curve
                     .as_ref()
                     .and_then(|curve| {
-                        let k = curve.tau_s.iter().position(|t| *t == tau_s)?;
+                        let k = curve.tau_s.iter().position(|t| is_same(*t, tau_s))?;
                         Some(significant(curve.deviation[k] * shown.per_si, 4))
                     })
                     .unwrap_or_else(|| "-".to_owned())
@@ -150,38 +150,24 @@ impl AllanOutcome {
         table
     }
 
-    /// Averaging times of the table: all that were asked for by name, else one a decade.
+    /// Averaging times of the table: all that were asked for by name, else one a decade. Of axes at other intervals those
+    /// that all have, and where there are none near, those of each.
     fn rows(&self) -> Vec<f64> {
-        let longest = self
-            .axes
-            .iter()
-            .filter_map(|axis| axis.curve.as_ref())
-            .max_by_key(|curve| curve.len());
-        let Some(curve) = longest else {
-            return Vec::new();
+        let mut grids: Vec<&[f64]> = Vec::new();
+        for curve in self.axes.iter().filter_map(|axis| axis.curve.as_ref()) {
+            if !grids.contains(&curve.tau_s.as_slice()) {
+                grids.push(&curve.tau_s);
+            }
+        }
+        let most = grids.iter().map(|g| g.len()).max().unwrap_or(0);
+        let is_chosen = matches!(self.request.taus, TauGrid::Octave | TauGrid::Times(_));
+        let mut rows: Vec<f64> = if is_chosen && most <= MOST_ROWS {
+            grids.concat()
+        } else {
+            a_decade(&grids)
         };
-        match self.request.taus {
-            TauGrid::Octave | TauGrid::Times(_) if curve.len() <= MOST_ROWS => {
-                return curve.tau_s.clone();
-            }
-            _ => {}
-        }
-        let mut rows = Vec::new();
-        let mut wanted = curve.tau_s.first().copied().unwrap_or(1.0);
-        let last = curve.tau_s.last().copied().unwrap_or(0.0);
-        while wanted <= last * 1.1 {
-            let nearest = curve
-                .tau_s
-                .iter()
-                .copied()
-                .min_by(|a, b| (a / wanted).ln().abs().total_cmp(&(b / wanted).ln().abs()));
-            if let Some(tau_s) = nearest
-                && rows.last() != Some(&tau_s)
-            {
-                rows.push(tau_s);
-            }
-            wanted *= 10.0;
-        }
+        rows.sort_by(f64::total_cmp);
+        rows.dedup_by(|a, b| is_same(*a, *b));
         rows
     }
 
@@ -224,6 +210,49 @@ impl AllanOutcome {
         }
         table
     }
+}
+
+/// Whether two averaging times are one, but for rounding.
+fn is_same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * b
+}
+
+/// An averaging time a decade: one that all grids have, where there is one near, else one of each.
+fn a_decade(grids: &[&[f64]]) -> Vec<f64> {
+    /// Half a decade away another row is nearer.
+    const NEAR: f64 = 2.5;
+    let first = grids.iter().filter_map(|g| g.first()).copied();
+    let last = grids.iter().filter_map(|g| g.last()).copied();
+    let mut wanted = first.fold(f64::INFINITY, f64::min);
+    let last = last.fold(0.0, f64::max);
+    let mut rows = Vec::new();
+    while wanted <= last * 1.1 {
+        let far = |t: f64| (t / wanted).ln().abs();
+        let nearest =
+            |among: &mut dyn Iterator<Item = f64>| among.min_by(|a, b| far(*a).total_cmp(&far(*b)));
+        let in_all = |t: &f64| {
+            grids
+                .iter()
+                .all(|g| g.iter().any(|other| is_same(*other, *t)))
+        };
+        let mut common = grids
+            .first()
+            .map_or(&[][..], |g| g)
+            .iter()
+            .copied()
+            .filter(in_all);
+        match nearest(&mut common).filter(|t| grids.len() == 1 || far(*t) < NEAR.ln()) {
+            Some(tau_s) => rows.push(tau_s),
+            None => rows.extend(
+                grids
+                    .iter()
+                    .filter_map(|g| nearest(&mut g.iter().copied()))
+                    .filter(|t| far(*t) < NEAR.ln()),
+            ),
+        }
+        wanted *= 10.0;
+    }
+    rows
 }
 
 pub(crate) fn capitalized(text: &str) -> String {
