@@ -441,8 +441,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     };
 
     let tests = select::test(&problem, &candidates, grown);
-    let free = tests.kept(&candidates);
-    let best = select::final_fit(&problem, &tests.full, &free);
+    let (best, free) = tests.final_fit(&problem, &candidates);
     let stretch_s = longest_s(data.segments, data.step_s);
     let short = stretch_s < SHORT_S;
     if short {
@@ -503,9 +502,11 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         work.samples - work.filled,
     );
     // Where two rivals are not told apart the intervals of the other terms hold with either.
-    let alternative = tests
-        .alternative(&candidates)
-        .map(|free| (select::final_fit(&problem, &tests.full, &free), free));
+    let alternative = tests.alternative(&problem, &candidates);
+    if tests.last_is_rival() {
+        let show = |f: &Solution| format!("obj {:.2} B {:.3} K {:.3e} GM {:.3},{:.2} {:.3},{:.2}", f.objective, units.root(B, f.parameters[B]), units.root(K, f.parameters[K]), units.root(4, f.parameters[4]), units.time(f.parameters[5]), units.root(6, f.parameters[6]), units.time(f.parameters[7]));
+        eprintln!("RIVAL {:?} {:?} ratios {:?}\n  full {}\n  best {}\n  alt {:?}", tests.stays, tests.rivaled, tests.ratios, show(&tests.full), show(&best), alternative.as_ref().map(|a| show(&a.0)));
+    } else { eprintln!("NORIVAL"); }
     let with_either = |own: Estimate, k: usize| match &alternative {
         Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
             let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));

@@ -77,8 +77,7 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         .max()
         .unwrap_or(0);
     let tests = select::test(&problem, &candidates, select::grow(&problem, &candidates));
-    let free = tests.kept(&candidates);
-    let best = select::final_fit(&problem, &tests.full, &free);
+    let (best, free) = tests.final_fit(&problem, &candidates);
     let mut covariance = profile::covariance(&problem, &best, &free);
     let theta = best.parameters[Q] * first.1.work.scale * first.1.work.scale;
     let (mut samples, mut excess) = (0, 0.0);
@@ -94,9 +93,7 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         samples,
     );
     // Where two rivals are not told apart the intervals of the other terms hold with either.
-    let alternative = tests
-        .alternative(&candidates)
-        .map(|free| (select::final_fit(&problem, &tests.full, &free), free));
+    let alternative = tests.alternative(&problem, &candidates);
     let with_either = |own: Estimate, k: usize| match &alternative {
         Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
             let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));

@@ -217,6 +217,30 @@ pub(super) fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
     both.max(of(&fit, &alone))
 }
 
+/// End of the interval of ln T_c of the process at `at`. Beyond the time of a rival the two would change places in the
+/// profile: the rival's time is held there.
+fn time_bound(
+    problem: &Problem,
+    tests: &Tests,
+    fit: &Solution,
+    free: &Free,
+    at: usize,
+    side: Side,
+) -> f64 {
+    let end = profile::bound(problem, fit, free, at + 1, side, INTERVAL);
+    let Some(rival) = tests.time_of_rival().filter(|&r| r != at + 1 && free[r]) else {
+        return end;
+    };
+    let own = fit.parameters[at + 1];
+    let other = fit.parameters[rival];
+    if (other - own) * (end - other) <= 0.0 {
+        return end;
+    }
+    let mut held = *free;
+    held[rival] = false;
+    profile::bound(problem, fit, &held, at + 1, side, INTERVAL)
+}
+
 pub(super) fn gauss_markov_estimates(
     problem: &Problem,
     tests: &Tests,
@@ -238,8 +262,8 @@ pub(super) fn gauss_markov_estimates(
         }
         let sigma = interval(problem, best, free, at, covariance, |v| units.root(at, v));
         let log_time = best.parameters[at + 1];
-        let lower = profile::bound(problem, best, free, at + 1, Side::Lower, INTERVAL);
-        let upper = profile::bound(problem, best, free, at + 1, Side::Upper, INTERVAL);
+        let lower = time_bound(problem, tests, best, free, at, Side::Lower);
+        let upper = time_bound(problem, tests, best, free, at, Side::Upper);
         let spread = covariance
             .and_then(|(indices, m)| {
                 let place = indices.iter().position(|&i| i == at + 1)?;
@@ -260,8 +284,8 @@ pub(super) fn gauss_markov_estimates(
         if let Some((fit, free)) = alternative
             && fit.parameters[at] > 0.0
         {
-            let other = interval(problem, fit, free, at, None, |v| units.root(at, v));
-            let end = |side| units.time(profile::bound(problem, fit, free, at + 1, side, INTERVAL));
+                let other = interval(problem, fit, free, at, None, |v| units.root(at, v));
+            let end = |side| units.time(time_bound(problem, tests, fit, free, at, side));
             let times = Estimate::detected(time, end(Side::Lower), end(Side::Upper), 0.0);
             found = GaussMarkovEstimate {
                 sigma: widened(found.sigma, &other),

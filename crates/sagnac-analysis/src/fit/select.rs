@@ -54,6 +54,12 @@ pub(crate) enum Stays {
     Both,
 }
 
+#[derive(Debug, Clone)]
+struct Rivals {
+    term: Solution,
+    process: Solution,
+}
+
 /// What the tests found.
 #[derive(Debug, Clone)]
 pub(crate) struct Tests {
@@ -74,6 +80,8 @@ pub(crate) struct Tests {
     pub rivaled: [bool; 4],
     /// Which of the two stays in the fit.
     pub stays: Stays,
+    /// The fits with one of the two alone, every other candidate free.
+    rivals: Option<Rivals>,
     /// Q and N fail alone (one of them is there).
     pub top_confused: bool,
 }
@@ -263,80 +271,112 @@ pub(crate) fn test(
     };
     let confused = pair(B, K);
     let top_confused = pair(Q, N);
-    let (mut full_free, mut gauss_markov) = (full_free, gauss_markov);
-    let mut rivaled = [false; 4];
-    let mut stays = Stays::Term;
-    if gauss_markov < candidates.gauss_markov.min(2) {
-        let mut both: Option<Solution> = None;
-        let mut single = full.objective;
-        for k in [B, K] {
-            if !passed[k] || ratios[k] >= RIVAL_RATIO {
-                continue;
-            }
-            let base = match (k, gauss_markov) {
-                (B, 0) => RIVAL_OF_B,
-                (B, _) => RIVAL_OF_B_BESIDE_ANOTHER,
-                _ => RIVAL_OF_K,
-            };
-            let Some(without) = &reduced[k] else { continue };
-            let mut free = full_free;
-            free[k] = false;
-            let rival = add_gauss_markov(problem, without, &free, gauss_markov, 6.0);
-            let lead = rival.objective - full.objective;
-            if problem.at_edge(&rival.parameters) || lead >= rival_margin(base, ratios[k]) {
-                continue;
-            }
-            rivaled[k] = true;
-            if lead < -RIVAL_PARAMETERS {
-                stays = Stays::Process;
-            }
-            single = single.min(rival.objective);
-            let with = problem.fit(
-                &rival.parameters,
-                &with_gauss_markov(&full_free, gauss_markov),
-            );
-            if both.as_ref().is_none_or(|b| with.objective < b.objective) {
-                both = Some(with);
-            }
-        }
-        if let Some(mut both) = both {
-            // Beside the term the process may be another than in its place.
-            let beside = add_gauss_markov(problem, &full, &full_free, gauss_markov, 6.0);
-            if beside.objective < both.objective && !problem.at_edge(&beside.parameters) {
-                both = beside;
-            }
-            if single - both.objective >= BOTH_STAY {
-                stays = Stays::Both;
-            }
-            full_free = with_gauss_markov(&full_free, gauss_markov);
-            full = both;
-            gauss_markov += 1;
-            // What stood in for the process may have been what made the top of the spectrum fail. White noise below Q is
-            // such a process itself: it is tested beside one only where one stays in the fit.
-            let leaves = stays == Stays::Term;
-            for k in [Q, N] {
-                if tested[k] && passed[k] && !(leaves && k == N) {
-                    let fit = refit_without(problem, &full, &full_free, &[k]);
-                    ratios[k] = (fit.objective - full.objective).max(0.0);
-                    passed[k] = ratios[k] >= THRESHOLDS[k];
-                }
-            }
-        }
-    }
-    Tests {
+    let mut tests = Tests {
         full,
         full_free,
         gauss_markov,
         ratios,
         passed,
         confused,
-        rivaled,
-        stays,
+        rivaled: [false; 4],
+        stays: Stays::Term,
+        rivals: None,
         top_confused,
+    };
+    if gauss_markov < candidates.gauss_markov.min(2) {
+        tests.look_for_rivals(problem, candidates, &tested, &reduced);
+    }
+    tests
+}
+
+fn keep_better(best: &mut Option<Solution>, tried: Solution) {
+    if best.as_ref().is_none_or(|b| tried.objective < b.objective) {
+        *best = Some(tried);
+    }
+}
+
+/// Puts that of two Gauss–Markov terms first whose ln T_c is nearer to `found`: the other is the rival.
+fn put_first(fit: &mut Solution, found: f64) {
+    let p = &mut fit.parameters;
+    let (first, second) = (FIRST_GM, FIRST_GM + 2);
+    if (p[second + 1] - found).abs() < (p[first + 1] - found).abs() {
+        p.swap(first, second);
+        p.swap(first + 1, second + 1);
     }
 }
 
 impl Tests {
+    /// Tries one more Gauss–Markov term in the place of B or K, each from the fit without it.
+    fn look_for_rivals(
+        &mut self,
+        problem: &Problem,
+        candidates: &Candidates,
+        tested: &[bool; 4],
+        reduced: &[Option<Solution>; 4],
+    ) {
+        let g = self.gauss_markov;
+        let mut process: Option<Solution> = None;
+        let mut both: Option<Solution> = None;
+        for k in [B, K] {
+            if !self.passed[k] || self.ratios[k] >= RIVAL_RATIO {
+                continue;
+            }
+            let base = match (k, g) {
+                (B, 0) => RIVAL_OF_B,
+                (B, _) => RIVAL_OF_B_BESIDE_ANOTHER,
+                _ => RIVAL_OF_K,
+            };
+            let Some(without) = &reduced[k] else { continue };
+            let mut free = self.full_free;
+            free[k] = false;
+            let rival = add_gauss_markov(problem, without, &free, g, 6.0);
+            let lead = rival.objective - self.full.objective;
+            if problem.at_edge(&rival.parameters) || lead >= rival_margin(base, self.ratios[k]) {
+                continue;
+            }
+            self.rivaled[k] = true;
+            let with = problem.fit(&rival.parameters, &with_gauss_markov(&self.full_free, g));
+            keep_better(&mut both, with);
+            keep_better(&mut process, rival);
+        }
+        let (Some(mut process), Some(mut both)) = (process, both) else {
+            return;
+        };
+        // Beside the term the process may be another than in its place.
+        let beside = add_gauss_markov(problem, &self.full, &self.full_free, g, 6.0);
+        if beside.objective < both.objective && !problem.at_edge(&beside.parameters) {
+            both = beside;
+        }
+        if g > 0 {
+            let found = self.full.parameters[FIRST_GM + 1];
+            put_first(&mut process, found);
+            put_first(&mut both, found);
+        }
+        let term = std::mem::replace(&mut self.full, both);
+        self.full_free = with_gauss_markov(&self.full_free, g);
+        self.gauss_markov += 1;
+        self.rivals = Some(Rivals { term, process });
+        // What is not named leaves the fit: which of the two stays is decided without it.
+        let objective = |stays| self.fit_with(problem, candidates, stays).0.objective;
+        let (term, process) = (objective(Stays::Term), objective(Stays::Process));
+        self.stays = if term.min(process) - objective(Stays::Both) >= BOTH_STAY {
+            Stays::Both
+        } else if process - term < -RIVAL_PARAMETERS {
+            Stays::Process
+        } else {
+            Stays::Term
+        };
+        // What stood in for the process may have been what made the top of the spectrum fail. White noise below Q is
+        // such a process itself: it is tested beside one only where one stays in the fit.
+        for k in [Q, N] {
+            if tested[k] && self.passed[k] && !(self.stays == Stays::Term && k == N) {
+                let fit = refit_without(problem, &self.full, &self.full_free, &[k]);
+                self.ratios[k] = (fit.objective - self.full.objective).max(0.0);
+                self.passed[k] = self.ratios[k] >= THRESHOLDS[k];
+            }
+        }
+    }
+
     /// Whether the last Gauss–Markov term stands beside a term that it cannot be told apart from.
     pub(crate) fn last_is_rival(&self) -> bool {
         self.rivaled.iter().any(|&r| r)
@@ -351,6 +391,12 @@ impl Tests {
             out[at + 1] = false;
         }
         out
+    }
+
+    /// The parameter that is the correlation time of a rival.
+    pub(crate) fn time_of_rival(&self) -> Option<usize> {
+        (self.last_is_rival() && self.gauss_markov > 0)
+            .then_some(FIRST_GM + 2 * self.gauss_markov - 1)
     }
 
     /// Whether flicker that is not named is likely enough to stay in the fit.
@@ -388,21 +434,43 @@ impl Tests {
         .collect()
     }
 
-    /// The parameters that stay in the final fit: what passed, both of B and K where they pass together, N where
-    /// nothing else holds the top.
-    pub(crate) fn kept(&self, candidates: &Candidates) -> Free {
-        self.kept_with(candidates, self.stays)
+    /// The final fit: what passed, both of B and K where they pass together, N where nothing else holds the top.
+    pub(crate) fn final_fit(
+        &self,
+        problem: &Problem,
+        candidates: &Candidates,
+    ) -> (Solution, Free) {
+        self.fit_with(problem, candidates, self.stays)
     }
 
-    /// The parameters of the fit with the other of two rivals; none where there are none.
-    pub(crate) fn alternative(&self, candidates: &Candidates) -> Option<Free> {
+    /// The fit with the other of two rivals; none where there are none.
+    pub(crate) fn alternative(
+        &self,
+        problem: &Problem,
+        candidates: &Candidates,
+    ) -> Option<(Solution, Free)> {
         let other = match self.stays {
             Stays::Term => Stays::Process,
             Stays::Process => Stays::Term,
             Stays::Both => return None,
         };
         self.last_is_rival()
-            .then(|| self.kept_with(candidates, other))
+            .then(|| self.fit_with(problem, candidates, other))
+    }
+
+    fn fit_with(
+        &self,
+        problem: &Problem,
+        candidates: &Candidates,
+        stays: Stays,
+    ) -> (Solution, Free) {
+        let free = self.kept_with(candidates, stays);
+        let start = match (&self.rivals, stays) {
+            (Some(rivals), Stays::Term) => &rivals.term,
+            (Some(rivals), Stays::Process) => &rivals.process,
+            _ => &self.full,
+        };
+        (final_fit(problem, start, &free), free)
     }
 
     fn kept_with(&self, candidates: &Candidates, stays: Stays) -> Free {
