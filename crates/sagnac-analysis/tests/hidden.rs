@@ -94,3 +94,34 @@ fn intervals_of_white_noise_hold_where_flicker_is_not_seen() {
     // 95 % of 80 are 76, give or take 1.9; 64 held where unseen flicker was taken as none.
     assert!(inside >= 71, "{inside} of 80");
 }
+
+#[test]
+fn a_process_of_a_twentieth_of_the_log_is_rarely_called_a_random_walk() {
+    let mut seed = 8400;
+    let mut walks = 0;
+    for _ in 0..30 {
+        let mut samples = white_and_flicker(0.0, &mut seed);
+        add_process(&mut samples, 5.0, 360.0, &mut seed);
+        walks += usize::from(of(&samples).random_walk.is_detected());
+    }
+    assert!(walks <= 9, "K named in {walks} of 30");
+}
+
+#[test]
+fn a_process_keeps_its_time_where_another_may_stand_for_flicker() {
+    let mut seed = 8500;
+    for i in 0..80 {
+        let mut samples = white_and_flicker(0.3, &mut seed);
+        add_process(&mut samples, 1.0, 2.0, &mut seed);
+        let found = of(&samples);
+        let times: Vec<f64> = found
+            .gauss_markov
+            .iter()
+            .filter_map(|g| g.correlation_time_s.value)
+            .collect();
+        assert!(
+            times.iter().any(|t| (0.5..8.0).contains(t)) && times.iter().all(|&t| t < 100.0),
+            "axis {i}: {times:?}"
+        );
+    }
+}

@@ -284,7 +284,7 @@ pub(super) fn gauss_markov_estimates(
         if let Some((fit, free)) = alternative
             && fit.parameters[at] > 0.0
         {
-                let other = interval(problem, fit, free, at, None, |v| units.root(at, v));
+            let other = interval(problem, fit, free, at, None, |v| units.root(at, v));
             let end = |side| units.time(time_bound(problem, tests, fit, free, at, side));
             let times = Estimate::detected(time, end(Side::Lower), end(Side::Upper), 0.0);
             found = GaussMarkovEstimate {
