@@ -6,7 +6,8 @@ Usage: check_health.py PATH_TO_SAGNAC [--axes] [--clean N] [--faults N] [--seed 
 Clean logs are mixtures {N}, {N,B}, {N,B,K}, {Q,N}, {N,Gauss-Markov} on six channels with gravity, a bias and the Earth's
 rate; every kind may be named in at most 1 % of them (one in the short run), by `info` and by `characterize --model`.
 `short` is right of a channel whose slow process (B, K, Gauss-Markov) has fewer than 20 coefficients below its true corner,
-twice the contract's ten at the fitted corner; `burst`, `shake` and `half` are motion of other shapes.
+twice the contract's ten at the fitted corner; `burst`, `shake` and `half` are motion of other shapes, `step_at_gap` is a step
+beside a gap. With --gaps the clean logs lose one to four stretches of 0.5 s to a tenth of the log.
 Each fault must be found, its span right, in at least 95 %; those that need a fit are put to `characterize`, the others
 to `info`. A step and a warm-up have 1.5 times the size whose expected likelihood ratio is 25 with N, B, K, the axis's own
 terms and one more process refitted without it. The short run has 20 clean logs and 6 a fault; --axes runs 200 and 50.
@@ -292,6 +293,23 @@ def step(log):
     return NAMES[c], log.time[a], log.time[a], 0.02 * log.n * log.dt
 
 
+def step_at_gap(log):
+    """A step beside a gap of 0.5 s to a tenth of the log: in it, or up to 3 s after it."""
+    c = log.rng.integers(6)
+    lost = int(np.exp(log.rng.uniform(np.log(0.5 / log.dt), np.log(0.1 * log.n))))
+    late = int(log.rng.choice([0, log.rng.uniform(0.1, 3) / log.dt]))
+    a = int(log.rng.integers(log.n // 10 + lost, log.n - log.n // 10 - late))
+    form = (np.arange(log.n) >= a + late).astype(float)
+    log.y[c] += 1.5 * log.rng.choice([-1, 1]) * log.size_of_ratio(c, form) * form
+    start, end = (log.time[a - lost], log.time[a]) if late == 0 else (log.time[a + late], log.time[a + late])
+    keep = np.ones(log.n, bool)
+    keep[a - lost : a] = False
+    log.time, log.y = log.time[keep], log.y[:, keep]
+    # Whether in the gap or beside it is known as well as the noise lets it be.
+    slack = 0.02 * log.n * log.dt
+    return NAMES[c], start, end, (slack + lost * log.dt * (late > 0), slack)
+
+
 def warm_up(log):
     c = log.rng.integers(6)
     tc = np.exp(log.rng.uniform(np.log(30), np.log(log.n * log.dt / 6)))
@@ -351,9 +369,9 @@ def earth_rate(log):
 
 NAMES = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
 FAULTS = [gap, duplicate, backwards, wrap, jitter, nan, saturation, stuck, units, motion, quantization,
-          non_stationary, short, step, warm_up, filtered, line, bias_removed, earth_rate, burst, shake, half]
-FITTED = {non_stationary, step, warm_up, filtered, line, bias_removed, earth_rate}
-KIND = {wrap: "backwards", burst: "motion", shake: "motion", half: "motion"}
+          non_stationary, short, step, warm_up, filtered, line, bias_removed, earth_rate, burst, shake, half, step_at_gap]
+FITTED = {non_stationary, step, step_at_gap, warm_up, filtered, line, bias_removed, earth_rate}
+KIND = {wrap: "backwards", burst: "motion", shake: "motion", half: "motion", step_at_gap: "step"}
 
 
 def kind_of(fault):
@@ -381,10 +399,22 @@ def judge(issues, kind, want):
     return True, bool(abs(a - start) <= slack[0] + 1e-9 and abs(b - end) <= slack[1] + 1e-9)
 
 
+def lose(log):
+    """One to four gaps of 0.5 s to a tenth of the log."""
+    keep = np.ones(log.n, bool)
+    for _ in range(log.rng.integers(1, 5)):
+        lost = int(np.exp(log.rng.uniform(np.log(0.5 / log.dt), np.log(0.1 * log.n))))
+        a = int(log.rng.integers(50, log.n - lost - 50))
+        keep[a : a + lost] = False
+    log.time, log.y = log.time[keep], log.y[:, keep]
+
+
 def one_clean(job):
     o, k = job
     with tempfile.TemporaryDirectory() as folder:
         log = Drawn(np.random.default_rng([o.seed, 0, k]))
+        if o.gaps:
+            lose(log)
         found = {command: log.ask(o.program, folder, command) for command in ("info", "characterize")}
     # A slow process with few coefficients below its corner is bounded only and this is said: a truth, not an alarm.
     for issues in found.values():
@@ -415,6 +445,7 @@ def main():
     p.add_argument("--clean", type=int)
     p.add_argument("--faults", type=int)
     p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--gaps", action="store_true", help="clean logs with gaps")
     p.add_argument("--only", help="kinds, separated by commas")
     p.add_argument("--verbose", action="store_true")
     o = p.parse_args()
@@ -428,7 +459,7 @@ def main():
                 named[command].update({i["kind"] for i in issues})
                 if o.verbose and issues:
                     print(f"  clean {k}, {command}:", [(i["kind"], i["channel"], i["text"]) for i in issues])
-        print(f"{clean} clean logs, {many} a fault, seed {o.seed}")
+        print(f"{clean} clean logs{' with gaps' if o.gaps else ''}, {many} a fault, seed {o.seed}")
         told = [f"{100 * c['short, rightly'] / max(clean, 1):.1f}" for c in named.values()]
         print(f"clean logs with a slow term rightly said to have too few coefficients, in %: {told[0]}, {told[1]}")
         beyond = {"step", "warm_up", "non_stationary"} & set(named["info"])

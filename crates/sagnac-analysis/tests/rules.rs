@@ -3,7 +3,7 @@
 
 mod common;
 
-use sagnac_analysis::fit::{AxisEstimate, FindingKind, RegressorKind, Status};
+use sagnac_analysis::fit::{AxisEstimate, FindingKind, RegressorKind, Segment, Status};
 
 const STEP_S: f64 = 0.02;
 
@@ -57,6 +57,93 @@ fn a_clear_step_is_named_with_its_time_and_height() {
         assert_eq!(axis.random_walk.status, Status::UpperLimit);
         assert_eq!(axis.flicker.status, Status::UpperLimit);
     }
+}
+
+/// Segments of the samples without those of a gap.
+fn parted(samples: &[f64], gap: std::ops::Range<usize>) -> AxisEstimate {
+    let segment = |from: usize, to: usize| Segment {
+        start_s: from as f64 * STEP_S,
+        samples: &samples[from..to],
+        filled: &[],
+    };
+    common::estimate_of(
+        &[segment(0, gap.start), segment(gap.end, samples.len())],
+        STEP_S,
+    )
+}
+
+#[test]
+fn a_step_in_a_gap_or_soon_after_it_is_named_with_its_levels() {
+    let mut seed = 29;
+    let (seconds, height, at_s) = (600.0, 0.5, 300.0);
+    for (lost_s, after_s) in [
+        (1.0, 0.0),
+        (10.0, 0.0),
+        (60.0, 0.0),
+        (20.0, 1.0),
+        (20.0, 4.0),
+        (20.0, 20.0),
+    ] {
+        let samples = white(seconds, &mut seed, |t| if t < at_s { 0.0 } else { height });
+        let end = ((at_s - after_s) / STEP_S) as usize;
+        let axis = parted(&samples, end - (lost_s / STEP_S) as usize..end);
+        let name = format!("{lost_s} s lost, {after_s} s before the step");
+        assert_eq!(kinds(&axis), [FindingKind::Step], "{name}");
+        let finding = &axis.findings[0];
+        // The place is known to some 1/height² samples.
+        let slack_s = 60.0 * STEP_S;
+        assert!(
+            finding.start_s < at_s + slack_s && finding.end_s > at_s - slack_s,
+            "{name}: {finding:?}"
+        );
+        assert!(
+            (finding.size.unwrap() - height).abs() < 0.1,
+            "{name}: {finding:?}"
+        );
+        let [before, after] = axis.levels[..] else {
+            panic!("{name}: {:?}", axis.levels)
+        };
+        let sigma = after.mean.sigma.unwrap();
+        assert!(
+            (after.mean.value.unwrap() - height).abs() < 5.0 * sigma,
+            "{name}: {after:?}"
+        );
+        assert!(
+            before.mean.value.unwrap().abs() < 5.0 * sigma,
+            "{name}: {before:?}"
+        );
+        let step = &axis.regressors[0];
+        assert!(
+            step.lower < height && height < step.upper,
+            "{name}: {step:?}"
+        );
+        assert_eq!(axis.random_walk.status, Status::UpperLimit, "{name}");
+    }
+}
+
+#[test]
+fn a_walk_goes_on_across_a_gap_without_steps() {
+    let mut seed = 31;
+    let mut walks = 0;
+    for _ in 0..10 {
+        let mut level = 0.0;
+        let samples: Vec<f64> = white(600.0, &mut seed, |_| 0.0)
+            .into_iter()
+            .map(|y| {
+                level += 0.02 * noise(&mut seed);
+                y + level
+            })
+            .collect();
+        // A tenth of the log is lost: the levels differ by what the walk makes of it.
+        let axis = parted(&samples, 12_000..15_000);
+        assert!(
+            !kinds(&axis).contains(&FindingKind::Step),
+            "{:?}",
+            axis.findings
+        );
+        walks += i32::from(axis.random_walk.is_detected());
+    }
+    assert!(walks >= 8, "{walks}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 
 mod findings;
 mod json;
+mod levels;
 mod model_file;
 mod page;
 mod page_regressors;
@@ -109,6 +110,8 @@ pub struct LogOutcome {
     pub axes: Vec<AxisOutcome>,
     /// Mean temperature and its range [°C], where there is a channel.
     pub temperature_c: Option<(f64, f64, f64)>,
+    /// Mean of |f| over the log [m/s²], of an accelerometer with three axes.
+    pub force_m_s2: Option<f64>,
 }
 
 /// A log named because it differs from the others.
@@ -310,6 +313,7 @@ fn one_log(
         notes: notes(&named.log.layout, health),
         axes,
         temperature_c,
+        force_m_s2: health::mean_force(&named.log),
     };
     findings::add(&mut outcome, health.dt_s, model);
     removed::add(&mut outcome, health);

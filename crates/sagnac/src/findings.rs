@@ -113,6 +113,9 @@ pub(crate) fn gathered(findings: Vec<Finding>) -> Vec<Finding> {
             ),
         });
     }
+    // In order of time; what concerns the whole log begins with it.
+    let start = |f: &Finding| f.span_s.map_or(0.0, |s| s.0);
+    out.sort_by(|a, b| start(a).total_cmp(&start(b)));
     out
 }
 

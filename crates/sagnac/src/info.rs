@@ -44,6 +44,8 @@ pub struct InfoOutcome {
     pub stamp_step_s: Option<f64>,
     /// A line a channel.
     pub channels: Vec<ChannelInfo>,
+    /// Mean of |f| over the log [m/s²], of an accelerometer with three axes.
+    pub force_m_s2: Option<f64>,
     /// Findings.
     pub issues: Vec<Issue>,
     /// Time of the first sample on the log's clock.
@@ -132,6 +134,7 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
         duration_s: health.duration_s,
         stamp_step_s: health.stamp_step_s,
         channels,
+        force_m_s2: health::mean_force(log),
         issues,
         first_s: health.first_s,
         is_moving,

@@ -248,15 +248,35 @@ pub(super) fn find_step(
         (sum + w * (0.5 * (value - largest)).exp(), weight + w)
     });
     Some(StepPlaces {
-        places: [(s, at), (s, sharpen(work, segments, s, at, now))],
+        places: [
+            (s, at),
+            (
+                s,
+                sharpen(work, &segments[s], (s, at), near(work, (s, at)), now),
+            ),
+        ],
         choice: 2.0 * (sum / weight).ln(),
     })
 }
 
-/// The sample between whose sides the means differ most, near a coarse place, weighed as white noise.
-fn sharpen(work: &Work, segments: &[Segment<'_>], s: usize, at: usize, now: &Solution) -> usize {
+/// The samples that one of the places searched stands for.
+fn near(work: &Work, (s, at): (usize, usize)) -> Range<usize> {
     let n = work.segments[s].n;
     let coarse = n / STEP_PLACES.min(n) + 1;
+    at.saturating_sub(2 * coarse)..(at + 2 * coarse).min(n)
+}
+
+/// The sample of a range around a coarse place between whose sides the means differ most, weighed as white noise.
+pub(super) fn sharpen(
+    work: &Work,
+    segment: &Segment<'_>,
+    (s, at): (usize, usize),
+    around: Range<usize>,
+    now: &Solution,
+) -> usize {
+    let n = work.segments[s].n;
+    let coarse = around.len().div_ceil(4);
+    let (from, to) = (around.start, around.end.min(n));
     // Where white noise gives way to slower terms the means compared need not be longer.
     let white = now.parameters[N];
     let fitted = FittedSpectrum::new(&now.parameters, None);
@@ -265,8 +285,7 @@ fn sharpen(work: &Work, segments: &[Segment<'_>], s: usize, at: usize, now: &Sol
         .find(|&u| fitted.at(u) > 2.0 * white)
         .unwrap_or(1e-4);
     let half = ((0.25 / knee) as usize).clamp(4 * coarse, 64 * coarse + 64);
-    let (from, to) = (at.saturating_sub(2 * coarse), (at + 2 * coarse).min(n));
-    let samples = segments[s].samples;
+    let samples = segment.samples;
     let (low, high) = (from.saturating_sub(half), (to + half).min(n));
     let mut sums = vec![0.0];
     for y in &samples[low..high] {
@@ -286,7 +305,7 @@ fn sharpen(work: &Work, segments: &[Segment<'_>], s: usize, at: usize, now: &Sol
     best.1
 }
 
-/// Findings of the regressors that were taken in: steps and warm-up.
+/// Findings of the regressors that were taken in but steps.
 pub(super) fn regressor_findings(
     work: &Work,
     active: &[Active],
@@ -298,17 +317,6 @@ pub(super) fn regressor_findings(
     for (i, a) in active.iter().enumerate() {
         let height = best.beta[0][i] * work.scale;
         match a.kind {
-            ActiveKind::Step(s, at) => {
-                let time = work.segments[s].start_s + at as f64 * work.step_s;
-                out.push(Finding {
-                    kind: FindingKind::Step,
-                    start_s: time,
-                    end_s: time,
-                    count: 1,
-                    size: Some(height),
-                    text: format!("the mean changes by {} at {time:.1} s", digits(height)),
-                });
-            }
             ActiveKind::WarmUp(tau) => {
                 let time = tau * work.step_s;
                 let end = (5.0 * time).min(end_s);
@@ -329,7 +337,7 @@ pub(super) fn regressor_findings(
                     ),
                 });
             }
-            ActiveKind::Ramp | ActiveKind::Temperature(_) => {}
+            ActiveKind::Ramp | ActiveKind::Temperature(_) | ActiveKind::Step(..) => {}
         }
     }
     out

@@ -28,7 +28,7 @@ const MOST_STEPS: usize = 12;
 /// Amplitude of a warm-up over the floor of the Allan deviation; a smaller one is drift as the terms make it.
 const WARM_UP_OVER_FLOOR: f64 = 3.0;
 
-type Chosen = (Vec<Active>, (Solution, Free, usize), Problem);
+pub(super) type Chosen = (Vec<Active>, (Solution, Free, usize), Problem);
 
 /// Takes in regressors and Gauss–Markov terms one by one, the clearest first.
 pub(super) fn regressors(
@@ -39,7 +39,13 @@ pub(super) fn regressors(
     options: &FitOptions,
     grown: &(Solution, Free, usize),
 ) -> Chosen {
-    let mut active: Vec<Active> = Vec::new();
+    let given = work.given.iter().map(|&(segment, at)| Active {
+        kind: ActiveKind::Step(segment, at),
+        column: regress::step(&work.segments, segment, at, usize::MAX),
+        // Judged between the segments: it need not show within its own.
+        threshold: f64::MIN_POSITIVE,
+    });
+    let mut active: Vec<Active> = given.collect();
     let singles = select::free_singles(candidates);
     let duration = work.samples as f64 * work.step_s;
     let span = segments

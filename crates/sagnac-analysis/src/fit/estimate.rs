@@ -7,7 +7,6 @@
 use super::bins::{Column, Layout, SegmentSpectrum};
 use super::checks;
 use super::coarse::Coarse;
-use super::columns::regressors;
 use super::cumulant;
 use super::dct::{dct2, fast_length};
 use super::ends;
@@ -21,6 +20,7 @@ use super::results::{
     limit, named_covariance, ramp, sinusoids, spectrum_bins, weak_interval, widened,
 };
 use super::select;
+use super::steps::{self, Steps};
 use super::types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
     GaussMarkovEstimate, NoiseTerms, Segment,
@@ -56,6 +56,8 @@ pub(super) struct Work {
     pub filled: usize,
     /// Mean of those that were not filled.
     pub mean: f64,
+    /// Steps inside segments that were found between them: segment, sample.
+    pub given: Vec<steps::Place>,
 }
 
 /// A regressor that is in the fit.
@@ -86,6 +88,7 @@ pub(super) struct Prepared {
     /// All columns of `active`, restricted where there are any.
     pub problem: Problem,
     pub grown: (Solution, Free, usize),
+    pub steps: Steps,
 }
 
 /// The joint estimate of one axis.
@@ -143,6 +146,7 @@ fn nothing(data: &AxisData<'_>, text: &str) -> AxisEstimate {
         sinusoids: Vec::new(),
         confused: Vec::new(),
         regressors: Vec::new(),
+        levels: Vec::new(),
         p_value: None,
         findings: vec![Finding {
             kind: FindingKind::Short,
@@ -261,8 +265,8 @@ pub(super) fn prepare(
             candidates.quantization = false;
         }
     }
-    let (active, grown, problem) = regressors(
-        &work,
+    let ((active, grown, problem), steps) = steps::chosen(
+        &mut work,
         &segments,
         temperature.as_deref(),
         &candidates,
@@ -272,11 +276,12 @@ pub(super) fn prepare(
     // A drift across a step of the grid changes the mean by that step: none that the sensor made.
     if options.data_checks
         && let Some(coarse) = Coarse::of(data)
-        && active.iter().enumerate().any(|(i, a)| {
-            let size = grown.0.beta[0].get(i).map_or(0.0, |b| b.abs() * work.scale);
-            matches!(a.kind, ActiveKind::Step(..) | ActiveKind::WarmUp(_))
-                && size < 2.0 * coarse.step
-        })
+        && (steps.any_below(&work, 2.0 * coarse.step)
+            || active.iter().enumerate().any(|(i, a)| {
+                let size = grown.0.beta[0].get(i).map_or(0.0, |b| b.abs() * work.scale);
+                matches!(a.kind, ActiveKind::Step(..) | ActiveKind::WarmUp(_))
+                    && size < 2.0 * coarse.step
+            }))
     {
         let unchecked = FitOptions {
             data_checks: false,
@@ -290,6 +295,7 @@ pub(super) fn prepare(
         candidates,
         problem,
         grown,
+        steps,
     })
 }
 
@@ -361,6 +367,7 @@ fn transform(segments: &[Segment<'_>], step_s: f64, samples: usize) -> Option<Wo
         samples,
         filled,
         mean: sum / used,
+        given: Vec::new(),
     })
 }
 
@@ -424,6 +431,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         candidates,
         problem,
         grown,
+        steps,
     } = prepared;
     let units = Units::new(&work);
     let duration_s = work.samples as f64 * work.step_s;
@@ -644,7 +652,9 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         }
         findings.push(whole_log(FindingKind::Filtered, Some(corner), text));
     }
-    let regressors = describe(&work, &active, &best);
+    let mut regressors = describe(&work, &active, &best);
+    regressors.extend(steps.regressors(&work, &active, &best));
+    findings.extend(steps.findings(&work, &active, &best));
     findings.extend(checks::regressor_findings(
         &work, &active, &best, data, end_s,
     ));
@@ -685,6 +695,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         sinusoids,
         confused: tests.pairs(),
         regressors,
+        levels: steps.levels(&fitted, work.step_s),
         p_value,
         findings,
         covariance: named_covariance(covariance.as_ref(), &best.parameters, &units),

@@ -10,7 +10,9 @@
     reason = "sets of free parameters are passed like the parameters beside them"
 )]
 
+mod across;
 mod bins;
+mod blocks;
 mod checks;
 mod coarse;
 mod columns;
@@ -31,6 +33,7 @@ mod results;
 mod runs;
 mod select;
 mod spectra;
+mod steps;
 mod terms;
 mod types;
 
@@ -41,7 +44,7 @@ pub use runs::{RunToRun, Slope, run_to_run};
 
 pub use types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
-    GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind, Segment, SinusoidEstimate,
+    GaussMarkovEstimate, Level, NoiseTerms, Regressor, RegressorKind, Segment, SinusoidEstimate,
     SpectrumBin, Status, Term,
 };
 

@@ -445,6 +445,7 @@ pub(super) fn sinusoids(
         .collect()
 }
 
+/// The regressors but steps.
 pub(super) fn describe(work: &Work, active: &[Active], best: &Solution) -> Vec<Regressor> {
     let p = active.len();
     active
@@ -452,13 +453,10 @@ pub(super) fn describe(work: &Work, active: &[Active], best: &Solution) -> Vec<R
         .enumerate()
         .filter_map(|(i, a)| {
             let kind = match a.kind {
-                ActiveKind::Ramp => return None,
+                ActiveKind::Ramp | ActiveKind::Step(..) => return None,
                 ActiveKind::Temperature(power) => RegressorKind::Temperature { power },
                 ActiveKind::WarmUp(tau) => RegressorKind::WarmUp {
                     time_constant_s: tau * work.step_s,
-                },
-                ActiveKind::Step(segment, at) => RegressorKind::Step {
-                    time_s: work.segments[segment].start_s + at as f64 * work.step_s,
                 },
             };
             let value = best.beta[0][i] * work.scale;

@@ -263,6 +263,17 @@ pub struct Regressor {
     pub upper: f64,
 }
 
+/// The mean between two steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Start [s from the log's first sample].
+    pub start_s: f64,
+    /// End \[s\].
+    pub end_s: f64,
+    /// Mean of the samples there; `sigma` is its standard error given the fitted noise.
+    pub mean: Estimate,
+}
+
 /// Kinds of findings that need a fit (statistics of the log's quality).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FindingKind {
@@ -386,7 +397,8 @@ pub struct AxisEstimate {
     pub step_s: f64,
     /// Samples × step \[s\].
     pub duration_s: f64,
-    /// Mean of the samples; `sigma` is its standard error given the fitted noise.
+    /// Mean of the samples; `sigma` is its standard error given the fitted noise. Where there are steps no mean holds for
+    /// the whole log: see `levels`.
     pub mean: Estimate,
     /// Q [unit·s].
     pub quantization: Estimate,
@@ -406,6 +418,8 @@ pub struct AxisEstimate {
     pub confused: Vec<(Term, Term)>,
     /// Deterministic columns fitted beside the noise.
     pub regressors: Vec<Regressor>,
+    /// The means before, between and after the steps; empty where there is no step.
+    pub levels: Vec<Level>,
     /// Goodness of fit, from 0 to 1; none where nothing was fitted.
     pub p_value: Option<f64>,
     /// What the numbers depend on.

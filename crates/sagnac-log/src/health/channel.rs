@@ -461,24 +461,33 @@ fn robust_mean(rows: usize, value: impl Fn(usize) -> f64) -> Option<(f64, f64)> 
     })
 }
 
+/// Mean and standard deviation over the log of the length of a triad, of at least so many axes.
+fn mean_length(log: &Log, word: &str, least: usize) -> Option<(f64, f64)> {
+    let c: Vec<&[f64]> = ["x", "y", "z"]
+        .iter()
+        .filter_map(|a| log.channel(&format!("{word}_{a}")))
+        .collect();
+    if c.len() < least {
+        return None;
+    }
+    robust_mean(log.rows, |k| {
+        c.iter().map(|x| x[k] * x[k]).sum::<f64>().sqrt()
+    })
+}
+
+/// Mean of |f| over the log [m/s²], of three accelerometer axes; absurd samples apart.
+///
+/// Not the length of the mean f, which is shorter where the sensor was turned.
+pub fn mean_force(log: &Log) -> Option<f64> {
+    mean_length(log, "accel", 3).map(|(f, _)| f)
+}
+
 /// |f| far from g, |w| of a log at rest far from zero.
 pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>) {
     // Findings of one kind and span are one: both sensors are told in its text.
     let mut texts: Vec<String> = Vec::new();
     // Of an accelerometer all three axes, of a gyro those that there are.
-    let length = |word: &str, least: usize| -> Option<(f64, f64)> {
-        let c: Vec<&[f64]> = ["x", "y", "z"]
-            .iter()
-            .filter_map(|a| log.channel(&format!("{word}_{a}")))
-            .collect();
-        if c.len() < least {
-            return None;
-        }
-        robust_mean(log.rows, |k| {
-            c.iter().map(|x| x[k] * x[k]).sum::<f64>().sqrt()
-        })
-    };
-    let force = length("accel", 3);
+    let force = mean_length(log, "accel", 3);
     if let Some((f, _)) = force
         && (f / 9.81 - 1.0).abs() > 0.08
     {
@@ -497,7 +506,7 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
         };
         texts.push(format!("|f| is {} m/s^2, far from 9.81{hint}", short(f)));
     }
-    if let Some((w, _)) = length("gyro", 1) {
+    if let Some((w, _)) = mean_length(log, "gyro", 1) {
         // A dead accelerometer says nothing of rest.
         let is_still = force.is_none_or(|(f, s)| f < DEAD || s <= 0.1 * f);
         let hint = if w > FASTEST_GYRO {

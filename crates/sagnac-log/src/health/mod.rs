@@ -10,6 +10,8 @@ mod motion;
 mod thin;
 mod time;
 
+pub use channel::mean_force;
+
 use std::borrow::Cow;
 use std::ops::Range;
 

@@ -9,7 +9,7 @@ use sagnac_model::Model;
 use sagnac_report::text::{Unit, clock, general};
 
 /// The Earth's rate, above which a mean rate at rest must be [rad/s].
-const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+pub(super) const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
 /// Standard errors by which it must be missed: a rate 4.5 of them too small is found in 97 %, a right one named in 0.5 %.
 const EARTH_RATE_ERRORS: f64 = 2.6;

@@ -168,9 +168,22 @@ fn axis(axis: &AxisOutcome) -> Value {
         .iter()
         .map(|r| regressor(r, output))
         .collect();
+    let levels: Vec<Value> = estimate
+        .map(|e| e.levels.as_slice())
+        .unwrap_or_default()
+        .iter()
+        .map(|l| {
+            json!({
+                "start_s": l.start_s,
+                "end_s": l.end_s,
+                "mean": in_dimension(&l.mean, output),
+            })
+        })
+        .collect();
     json!({
         "axis": axis.axis,
         "mean": in_dimension(&mean, output),
+        "levels": levels,
         "lsb": number(axis.lsb),
         "terms": terms,
         "allan": allan,

@@ -3,7 +3,7 @@
 use super::page_regressors;
 use super::page_words::{facts, file_name, limits, overview, rich_verdict};
 use super::text::{findings, probability, shown, shown_sensor};
-use super::{AxisOutcome, LogOutcome, Outcome, key_of};
+use super::{AxisOutcome, LogOutcome, Outcome, key_of, levels};
 use crate::findings::gathered;
 use sagnac_analysis::fit::{Estimate, GaussMarkovEstimate, NoiseTerms, Status, Term};
 use sagnac_core::Sensor;
@@ -157,7 +157,7 @@ fn rows(axes: &[&AxisOutcome], sensor: Sensor, out: &mut Vec<ParameterRow>) {
     let mean = cells(&|a| {
         a.estimate
             .as_ref()
-            .map_or(Shown::Absent, |e| shown(&e.mean))
+            .map_or(Shown::Absent, |e| shown(&levels::mean(e)))
     });
     out.extend(page_regressors::rows(axes, sensor));
     out.push(ParameterRow::estimates(as_shown, "mean", mean));

@@ -1,5 +1,6 @@
 //! Words of the page: facts, what the log could not tell, the table that opens a page about several logs.
 
+use super::levels;
 use super::text::{findings, verdict};
 use super::{AxisOutcome, LogOutcome, key_of};
 use crate::findings::gathered;
@@ -95,7 +96,7 @@ pub(super) fn facts(log: &LogOutcome) -> Vec<(String, String)> {
         fact("Channels", channels.join(", ")),
         fact("Range used", ranges.join(", ")),
     ];
-    if let Some(force) = norm(&of_sensor(log, Sensor::Accel)) {
+    if let Some(force) = log.force_m_s2 {
         out.push(fact(
             "|f| at rest",
             format!("{} g", fixed(Unit::G.from_si(force), 3)),
@@ -144,14 +145,18 @@ pub(super) fn limits(log: &LogOutcome, one_sensor: bool) -> Vec<Rich> {
             ),
         );
     }
-    let force = norm(&of_sensor(log, Sensor::Accel)).map_or_else(String::new, |f| {
-        let g = Unit::G.from_si(f);
-        format!(
-            " |f| = {} g says that scale factor or bias is off by about {} % of g, not which.",
-            fixed(g, 3),
-            significant(100.0 * (g - 1.0).abs(), 2)
-        )
-    });
+    let force = match (log.force_m_s2, levels::turn(log)) {
+        (None, None) => String::new(),
+        (Some(f), None) => {
+            let g = Unit::G.from_si(f);
+            format!(
+                " |f| = {} g says that scale factor or bias is off by about {} % of g, not which.",
+                fixed(g, 3),
+                significant(100.0 * (g - 1.0).abs(), 2)
+            )
+        }
+        (_, Some(_)) => " The sensor was turned: |f| is that of several attitudes.".to_owned(),
+    };
     say(
         "Scale factor, misalignment, g-sensitivity.",
         &format!("Not observable at rest.{force}"),

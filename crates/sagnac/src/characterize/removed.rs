@@ -2,20 +2,23 @@
 //!
 //! No term of the model lies below the white level at low frequencies: Σ P/N² over the ν lowest coefficients is at least
 //! χ²_ν. And the sums S_k of samples pass zero within ε σ √k by chance at about 0.8 ε of the places k; that the sums of three
-//! axes do so at one place tells that the mean up to there was subtracted.
+//! axes do so at one place tells that the mean up to there was subtracted. Where one axis is high-passed and the others'
+//! means are zero, the Earth's rate not in them, the same was done to all.
 
-use super::findings::sort;
+use super::findings::{EARTH_RATE_RAD_S, sort};
 use super::{AxisOutcome, LogOutcome};
 use sagnac_analysis::fit::AxisEstimate;
 use sagnac_core::Sensor;
 use sagnac_log::health::{ChannelHealth, Health};
 use sagnac_log::{Issue, IssueKind};
-use sagnac_report::text::{duration, general};
+use sagnac_report::text::{Unit, duration, general};
 
 /// Standard deviations (of the cube root of χ², [WilsonHilferty1931]) below the white level: 3e-6 a test by chance.
 const BELOW_WHITE: f64 = -4.5;
 /// Chance of a false zero mean of a stretch in a log.
 const FALSE_ZERO: f64 = 1e-4;
+/// Standard errors within which a mean is zero, and by which the Earth's rate must be missed.
+const ZERO_ERRORS: f64 = 3.0;
 /// Fewest samples of such a stretch.
 const FEWEST: usize = 64;
 
@@ -49,7 +52,16 @@ pub(super) fn add(outcome: &mut LogOutcome, health: &Health<'_>) {
             ),
         ));
     }
-    if !known("gyro")
+    if let Some(text) = on_the_fly(outcome, &new) {
+        new.push(Issue {
+            kind: IssueKind::BiasRemoved,
+            channel: Some("gyro".to_owned()),
+            start_s: outcome.first_s,
+            end_s: outcome.first_s + outcome.duration_s,
+            count: outcome.samples as u64,
+            text,
+        });
+    } else if !known("gyro")
         && let Some(end) = zero_stretch(health)
     {
         let end_s = end as f64 * health.dt_s;
@@ -67,6 +79,45 @@ pub(super) fn add(outcome: &mut LogOutcome, health: &Health<'_>) {
     }
     outcome.issues.extend(new);
     sort(&mut outcome.issues);
+}
+
+/// Where one gyro axis is high-passed and no axis shows a bias or the Earth's rate: the remover works on all of them.
+///
+/// Means of zero alone tell nothing: a log may be of noise without a sensor.
+fn on_the_fly(outcome: &LogOutcome, high_passed: &[Issue]) -> Option<String> {
+    let gyro: Vec<&AxisOutcome> = outcome
+        .axes
+        .iter()
+        .filter(|a| a.sensor == Sensor::Gyro)
+        .collect();
+    let passed = gyro
+        .iter()
+        .filter(|a| {
+            high_passed
+                .iter()
+                .any(|i| i.channel.as_ref() == Some(&a.axis))
+        })
+        .count();
+    if gyro.len() < 3 || passed == 0 || passed == gyro.len() {
+        return None;
+    }
+    let (mut square, mut variance) = (0.0, 0.0);
+    for axis in gyro {
+        let e = axis.estimate.as_ref().filter(|e| !e.is_coarse())?;
+        let (mean, sigma) = e.mean.value.zip(e.mean.sigma)?;
+        if mean.abs() > ZERO_ERRORS * sigma {
+            return None;
+        }
+        square += mean * mean;
+        variance += sigma * sigma;
+    }
+    let rate: f64 = square.sqrt();
+    (rate + ZERO_ERRORS * variance.sqrt() < EARTH_RATE_RAD_S).then(|| {
+        format!(
+            "no axis shows a bias or the Earth's 15.04 deg/h, |w| = {} deg/h: removed on the fly on all, means and slow terms are those of the remover",
+            general(Unit::DEG_PER_H.from_si(rate), 2)
+        )
+    })
 }
 
 /// The frequency below which the spectrum is that of a high-pass: half of the white level.

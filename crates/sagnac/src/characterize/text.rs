@@ -1,7 +1,7 @@
 //! The outcome in a terminal: the answer first, a table a sensor, findings, what the log could not tell.
 
 use super::page_regressors::temperature_of;
-use super::{AxisOutcome, LogOutcome, Outcome, key_of};
+use super::{AxisOutcome, LogOutcome, Outcome, key_of, levels};
 use crate::findings::{gathered, sensor};
 use sagnac_analysis::fit::{Estimate, Status, Term};
 use sagnac_core::Sensor;
@@ -218,7 +218,7 @@ pub(crate) fn table(axes: &[&AxisOutcome], sensor: Sensor) -> Table {
     }
     let means: Vec<Estimate> = axes
         .iter()
-        .map(|a| a.estimate.as_ref().map_or(Estimate::ABSENT, |e| e.mean))
+        .map(|a| a.estimate.as_ref().map_or(Estimate::ABSENT, levels::mean))
         .collect();
     row(&mut table, "Mean", Unit::of_term(shown_as, "mean"), &means);
     let mut fit: Vec<sagnac_report::text::Cell> = vec!["Fit".into()];
@@ -423,6 +423,7 @@ pub(super) fn verdict(log: &LogOutcome) -> String {
                 unfit.join(" and ")
             );
         }
+        text.push_str(&levels::sentences(log, sensor));
         text.push_str(&weak_lines(&axes));
         sentences.push(text);
     }
@@ -475,12 +476,20 @@ pub(super) fn findings(log: &LogOutcome) -> Vec<Finding> {
             None => groups.push(vec![issue]),
         }
     }
+    for group in &mut groups {
+        group.sort_by(|a, b| a.channel.cmp(&b.channel));
+    }
     groups.iter().map(|g| finding(log, g)).collect()
 }
 
 fn finding(log: &LogOutcome, group: &[&Issue]) -> Finding {
     let head = group[0];
-    let (start, end) = (head.start_s - log.first_s, head.end_s - log.first_s);
+    let (start, end) = group
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), i| {
+            (a.min(i.start_s), b.max(i.end_s))
+        });
+    let (start, end) = (start - log.first_s, end - log.first_s);
     let whole = start <= 0.02 * log.duration_s && end >= 0.98 * log.duration_s;
     let channel = head
         .channel
@@ -608,7 +617,13 @@ fn closing(outcome: &Outcome, out: &mut Document) {
     }
     unknown.push("scale factor");
     unknown.push("misalignment");
-    unknown.push("g-sensitivity (it lay still)");
+    let disturbs = |i: &Issue| matches!(i.kind, IssueKind::Motion | IssueKind::Step);
+    let is_still = !logs.iter().flat_map(|l| &l.issues).any(disturbs);
+    unknown.push(if is_still {
+        "g-sensitivity (it lay still)"
+    } else {
+        "g-sensitivity"
+    });
     let which = if logs.len() == 1 {
         "this log"
     } else {

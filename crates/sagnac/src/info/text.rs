@@ -159,6 +159,9 @@ fn shown_unit(c: &ChannelInfo) -> (&str, f64) {
     }
 }
 
+/// Share of |f| that the mean of f keeps in one attitude: less is left of two attitudes 36 deg apart, half of the time each.
+const LEAST_LEFT: f64 = 0.95;
+
 /// What |f| and |w| say of a log at rest.
 fn gravity(o: &InfoOutcome) -> Option<String> {
     if o.is_moving {
@@ -181,8 +184,15 @@ fn gravity(o: &InfoOutcome) -> Option<String> {
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut text = String::new();
     if let Some(f) = triad("accel") {
-        let g = length(f) / STANDARD_GRAVITY;
+        let mean = length(f) / STANDARD_GRAVITY;
+        let g = o.force_m_s2.map_or(mean, |f| f / STANDARD_GRAVITY);
         text = format!("|f| = {} g", fixed(g, 3));
+        if mean < LEAST_LEFT * g {
+            text += &format!(
+                ", but the mean of f is {} g long: it was turned",
+                fixed(mean, 3)
+            );
+        }
         let k = (0..3)
             .max_by(|&a, &b| f[a].abs().total_cmp(&f[b].abs()))
             .unwrap_or(2);
