@@ -10,7 +10,7 @@ use super::coarse::Coarse;
 use super::cumulant;
 use super::dct::{dct2, fast_length};
 use super::ends;
-use super::fill::{Fill, FittedSpectrum};
+use super::fill::{Fill, FittedSpectrum, is_long_for_its_losses};
 use super::goodness;
 use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
 use super::lines::{self, Line};
@@ -405,17 +405,6 @@ fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
     work.lines = lines;
     any
 }
-
-/// Whether the ends of a segment, where what filling does differs from its mean, weigh little.
-fn is_long_for_its_losses(segment: &Segment<'_>) -> bool {
-    let filled: usize = segment.filled.iter().map(Range::len).sum();
-    let longest = segment.filled.iter().map(Range::len).max().unwrap_or(0);
-    let n = segment.samples.len() as f64;
-    (filled * (longest + 1)) as f64 <= MOST_AT_ENDS * n * n
-}
-
-/// Share of the level that the ends of a filled segment may put wrong.
-const MOST_AT_ENDS: f64 = 0.005;
 
 /// The longest stretch of samples without a gap, filled ones counted, in s.
 fn longest_s(segments: &[Segment<'_>], step_s: f64) -> f64 {

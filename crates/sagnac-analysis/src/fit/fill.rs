@@ -18,6 +18,9 @@ const FULL_BELOW: f64 = 1.0 / 64.0;
 const PART: usize = 2048;
 const PARTS: usize = 8;
 
+/// Share of the level that the ends of a filled segment may put wrong.
+const MOST_AT_ENDS: f64 = 0.005;
+
 /// The pattern of filled samples of one log.
 #[derive(Debug, Clone)]
 pub(crate) struct Fill {
@@ -260,6 +263,19 @@ impl Fill {
         }
         trace
     }
+}
+
+/// Whether the ends of a segment, where what filling does differs from its mean, weigh little.
+pub(crate) fn is_long_for_its_losses(segment: &Segment<'_>) -> bool {
+    let filled: usize = segment.filled.iter().map(std::ops::Range::len).sum();
+    let longest = segment
+        .filled
+        .iter()
+        .map(std::ops::Range::len)
+        .max()
+        .unwrap_or(0);
+    let n = segment.samples.len() as f64;
+    (filled * (longest + 1)) as f64 <= MOST_AT_ENDS * n * n
 }
 
 /// c_0 + 2 Σ c_l cos(2πul).
