@@ -73,6 +73,32 @@ SETS = {
         "NBGM_half": ((72_000, 0.1), {"N": 1, "B": 0.5, "GM": [(2, 100)]}),
         "NGM_alone": ((72_000, 0.1), {"N": 1, "GM": [(11.667, 100)]}),
     },
+    # Processes at the short end of what is reported, ten samples, and below it.
+    "short_process": {
+        "NGM_10dt": ((108_000, 0.1), {"N": 1, "GM": [(0.8, 1.0)]}),
+        "NGM_12dt": ((108_000, 0.1), {"N": 1, "GM": [(0.8, 1.2)]}),
+        "NGM_15dt": ((108_000, 0.1), {"N": 1, "GM": [(0.8, 1.5)]}),
+        "NGM_11dt_1Hz_24h": ((86_400, 1.0), {"N": 1, "GM": [(0.5, 11.0)]}),
+        "NBGM_10dt_1kHz_10min": ((600_000, 0.001), {"N": 1, "B": 0.6, "GM": [(12, 0.0105)]}),
+        "NGM_5dt": ((108_000, 0.1), {"N": 1, "GM": [(0.8, 0.5)]}),
+        "NGM_2dt": ((108_000, 0.1), {"N": 1, "GM": [(0.8, 0.2)]}),
+    },
+    # Quantization too weak to be named (its threshold is 12) that N still depends on.
+    "weak_q": {
+        "QN_003": (H, {"Q": 0.003, "N": 1}),
+        "QN_006": (H, {"Q": 0.006, "N": 1}),
+        "QN_009": (H, {"Q": 0.009, "N": 1}),
+        "QN_014": (H, {"Q": 0.014, "N": 1}),
+        "QNB_200Hz_30min": ((360_000, 0.005), {"Q": 0.005, "N": 1, "B": 0.3}),
+    },
+    # A line in time, missed and found, beside a random walk.
+    "ramp": {
+        "NKR_3sd": (H, {"N": 1, "K": 0.05, "R": 0.0025}),
+        "NKR_10sd": (H, {"N": 1, "K": 0.05, "R": 0.0083}),
+        "NKR": (H, {"N": 1, "K": 0.05, "R": 0.003}),
+        "NBKR_weak": (H, {"N": 1, "B": 0.3, "K": 0.05, "R": 0.002}),
+        "NK_05": (H, {"N": 1, "K": 0.05}),
+    },
 }
 
 

@@ -3,41 +3,11 @@
 
 mod common;
 
+use common::noise;
 use sagnac_analysis::fit::AxisEstimate;
 
 const STEP_S: f64 = 0.1;
 const SAMPLES: usize = 72_000;
-
-/// Sum of four uniform numbers: Gaussian enough, variance 1.
-fn noise(seed: &mut u64) -> f64 {
-    let sum = (0..4).fold(-2.0, |sum, _| {
-        *seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        sum + (*seed >> 11) as f64 / (1_u64 << 53) as f64
-    });
-    sum * 3_f64.sqrt()
-}
-
-/// Adds a Gauss–Markov process, averaged over each sample, from its stationary law on.
-fn add_process(samples: &mut [f64], sigma: f64, time_s: f64, seed: &mut u64) {
-    let h = STEP_S / time_s;
-    let phi = (-h).exp();
-    let end = 1.0 - phi * phi;
-    let mean = if h < 0.01 {
-        2.0 * h / 3.0 - h * h / 2.0 + 7.0 * h.powi(3) / 30.0
-    } else {
-        (2.0 * h - 3.0 + 4.0 * phi - phi * phi) / (h * h)
-    };
-    let both = (1.0 - phi).powi(2) / h;
-    let rest = (mean - both * both / end).max(0.0).sqrt();
-    let mut x = noise(seed);
-    for y in samples {
-        let kick = end.sqrt() * noise(seed);
-        *y += sigma * (x * (1.0 - phi) / h + both / end * kick + rest * noise(seed));
-        x = phi * x + kick;
-    }
-}
 
 /// N = 1 and B, a ladder of processes a factor 4 apart.
 fn white_and_flicker(b: f64, seed: &mut u64) -> Vec<f64> {
@@ -45,7 +15,7 @@ fn white_and_flicker(b: f64, seed: &mut u64) -> Vec<f64> {
     let sigma = b * (4_f64.ln() / std::f64::consts::PI).sqrt();
     for i in 0..13 {
         let time_s = 8.0 * SAMPLES as f64 * STEP_S / 4_f64.powf(f64::from(i) + 0.5);
-        add_process(&mut samples, sigma, time_s, seed);
+        common::add_process(&mut samples, STEP_S, (sigma, time_s), seed);
     }
     samples
 }
@@ -53,7 +23,7 @@ fn white_and_flicker(b: f64, seed: &mut u64) -> Vec<f64> {
 /// N = 1, B = 0.5, and σ = 11.7 with 100 s.
 fn axis(seed: &mut u64) -> Vec<f64> {
     let mut samples = white_and_flicker(0.5, seed);
-    add_process(&mut samples, 11.667, 100.0, seed);
+    common::add_process(&mut samples, STEP_S, (11.667, 100.0), seed);
     samples
 }
 

@@ -56,6 +56,8 @@ pub(crate) struct Layout {
     pub fill: Option<Arc<Fill>>,
     /// Whether the end values of quantization noise were taken out.
     pub ends_taken: bool,
+    /// Whether processes faster than ten samples are in the fit.
+    pub fast: bool,
 }
 
 /// Sums over bins of one log.
@@ -77,6 +79,8 @@ pub(crate) struct BinnedLog {
     pub fill: Option<Arc<Fill>>,
     /// Whether the end values of quantization noise were taken out.
     pub ends_taken: bool,
+    /// Whether processes faster than ten samples are in the fit.
+    pub fast: bool,
     /// Σ c².
     pub yy: Vec<f64>,
     /// Σ c·a, a row a bin.
@@ -141,6 +145,7 @@ impl Layout {
             bins,
             fill,
             ends_taken: false,
+            fast: false,
         }
     }
 
@@ -235,6 +240,7 @@ impl Layout {
             columns: p,
             fill: self.fill.clone(),
             ends_taken: self.ends_taken,
+            fast: self.fast,
             ..BinnedLog::default()
         };
         for b in 0..bins {

@@ -7,7 +7,7 @@ use super::coarse::is_coarse;
 use super::estimate::{Active, ActiveKind, Work};
 use super::fill::FittedSpectrum;
 use super::goodness;
-use super::likelihood::{N, Problem, Solution};
+use super::likelihood::{Free, N, Problem, Solution};
 use super::select;
 use super::types::{AxisData, Candidates, Finding, FindingKind, Segment};
 use realfft::RealFftPlanner;
@@ -18,14 +18,14 @@ use std::ops::Range;
 pub(super) fn filter_corner(
     work: &Work,
     problem: &Problem,
-    solution: &Solution,
+    (solution, free): (&Solution, &Free),
     candidates: &Candidates,
 ) -> Option<f64> {
-    // A log that its terms explain is not filtered.
+    // A log that its terms explain is not filtered, unless a low-pass is what they describe.
     let power = problem.residual_power(solution);
     let fit = problem.spectrum(&solution.parameters);
     let p = goodness::p_value(&power, &fit, &problem.plain_count(), 4)?;
-    if p > 1e-4 {
+    if p > 1e-4 && !problem.is_low_pass(solution, free) {
         return None;
     }
     let band = |low: f64, high: f64, values: &[f64]| {
@@ -41,7 +41,10 @@ pub(super) fn filter_corner(
     let (top, top_count) = band(0.25, 0.5, &power);
     let (high, _) = band(0.4, 0.5, &power);
     let (low, _) = band(0.25, 0.35, &power);
-    if top_count < 32.0 || high >= low {
+    let (below, _) = band(0.125, 0.25, &power);
+    // A moving average of three rises again from its zero at a third of the rate.
+    let falls = high < low || top < 0.5 * below;
+    if top_count < 32.0 || !falls {
         return None;
     }
     let mut plain = *candidates;
@@ -341,6 +344,21 @@ pub(super) fn regressor_findings(
         }
     }
     out
+}
+
+/// A process too fast to be told from what a filter leaves: white noise is what lies beside it.
+pub(super) fn fast_process(time_s: f64, end_s: f64, samples: usize) -> Finding {
+    Finding {
+        kind: FindingKind::Misfit,
+        start_s: 0.0,
+        end_s,
+        count: samples,
+        size: Some(time_s),
+        text: format!(
+            "samples up to {} s apart belong together more than white noise does (a process faster than ten samples): white noise is what lies beside that, the process is not reported",
+            digits(time_s)
+        ),
+    }
 }
 
 /// Where the model fails most: the octave with the largest excess of deviance.

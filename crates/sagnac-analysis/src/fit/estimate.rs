@@ -232,6 +232,7 @@ pub(super) fn prepare(
         let log = work.layout.sum(&work.segments, &[], work.cut);
         let problem = Problem::new(&[&log], false);
         grown = select::grow(&problem, &candidates);
+        work.layout.fast = problem.is_fast(&grown.0.parameters);
         if candidates.quantization
             && ends_rounds < ends::MOST_ROUNDS
             && ends::take_out(&mut work, &segments, &problem, &grown.0)
@@ -251,7 +252,9 @@ pub(super) fn prepare(
                 break;
             };
             work.cut = cut;
-        } else if let Some(cut) = checks::filter_corner(&work, &problem, &grown.0, &candidates) {
+        } else if let Some(cut) =
+            checks::filter_corner(&work, &problem, (&grown.0, &grown.1), &candidates)
+        {
             // What stood above the fit of the whole spectrum was no line: that fit is void.
             if let Some(anew) = transform(&segments, data.step_s, samples) {
                 work = anew;
@@ -572,6 +575,11 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             &units,
         )
     };
+
+    for at in problem.surely_fast(&best, &free) {
+        let time = units.time(best.parameters[at + 1]);
+        findings.push(checks::fast_process(time, end_s, work.samples));
+    }
 
     if let Some(coarse) = &coarse {
         coarse.bound(&mut single, &mut gauss_markov);

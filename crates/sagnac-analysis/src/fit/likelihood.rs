@@ -20,9 +20,6 @@ pub(crate) const K: usize = 3;
 pub(crate) const FIRST_GM: usize = 4;
 pub(crate) const PARAMETERS: usize = 8;
 
-/// How near (in ln T_c) to an end of the range a correlation time is that end.
-const EDGE: f64 = 0.02;
-
 /// Shapes of the Gauss–Markov terms; empty where there is none.
 type Shapes = [Arc<Vec<f64>>; 2];
 /// Variances (in units of the scale²) and ln(T_c/dt) of the terms.
@@ -61,8 +58,10 @@ pub(crate) struct Problem {
     yy: Vec<f64>,
     basis: Arc<[Vec<f64>; 4]>,
     groups: Vec<Group>,
-    /// Bounds of ln(T_c/dt).
+    /// Bounds of ln(T_c/dt) in the fit.
     pub log_time: (f64, f64),
+    /// ln(T_c/dt) from which a process is reported.
+    pub shortest: f64,
     /// Whether ln|Σ a aᵀ/S| is added.
     pub restricted: bool,
 }
@@ -139,15 +138,11 @@ impl Problem {
             yy,
             basis: Arc::new(basis),
             groups,
-            log_time: (10f64.ln(), 10f64.ln()),
+            log_time: (0.0, 0.0),
+            shortest: 0.0,
             restricted,
         };
-        // Below a filter's corner the samples are those of a slower log: ten of its steps.
-        let top = out.u.iter().copied().fold(0.0, f64::max);
-        if top > 0.0 && top < 0.45 {
-            out.log_time.0 = (5.0 / top).ln();
-        }
-        out.log_time.1 = (longest / 4.0).ln().max(out.log_time.0);
+        out.bound_times(longest, logs.iter().any(|log| log.fast));
         out
     }
 
@@ -197,19 +192,6 @@ impl Problem {
     /// Columns of the first group.
     pub(crate) fn columns(&self) -> usize {
         self.groups.first().map_or(0, |g| g.columns)
-    }
-
-    /// Whether ln(T_c/dt) stands at an end of the range searched: the process it stands for lies outside.
-    pub(crate) fn time_at_edge(&self, log_time: f64) -> bool {
-        let (low, high) = self.log_time;
-        log_time < low + EDGE || log_time > high - EDGE
-    }
-
-    /// Whether a Gauss–Markov term that is there has its correlation time at an end of the range.
-    pub(crate) fn at_edge(&self, parameters: &Parameters) -> bool {
-        (0..2)
-            .map(|g| FIRST_GM + 2 * g)
-            .any(|at| parameters[at] > 0.0 && self.time_at_edge(parameters[at + 1]))
     }
 
     /// Number of coefficients.

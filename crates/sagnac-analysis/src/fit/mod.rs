@@ -35,6 +35,7 @@ mod select;
 mod spectra;
 mod steps;
 mod terms;
+mod times;
 mod types;
 
 pub use estimate::estimate;

@@ -251,10 +251,12 @@ pub(super) fn gauss_markov_estimates(
     units: &Units,
 ) -> Vec<GaussMarkovEstimate> {
     let mut out = Vec::new();
+    let fast = problem.surely_fast(best, free);
     for g in 0..tests.gauss_markov {
         let at = FIRST_GM + 2 * g;
         // At an end of the range searched the process lies outside it, and so does its interval.
-        if best.parameters[at] <= 0.0 || problem.time_at_edge(best.parameters[at + 1]) {
+        let is_outside = problem.time_at_edge(best.parameters[at + 1]) || fast.contains(&at);
+        if best.parameters[at] <= 0.0 || is_outside {
             continue;
         }
         if tests.last_is_rival() && g + 1 == tests.gauss_markov {
@@ -296,8 +298,9 @@ pub(super) fn gauss_markov_estimates(
     }
     if out.is_empty() {
         // The largest limit over the correlation times searched; a process that rivals a term may have all its power.
-        let at = FIRST_GM;
-        let (low, high) = problem.log_time;
+        // One that is too fast to be reported keeps its place.
+        let at = FIRST_GM + if fast.is_empty() { 0 } else { 2 };
+        let (low, high) = (problem.shortest, problem.log_time.1);
         let mut held = tests.full_free;
         if tests.last_is_rival() {
             for k in 0..4 {

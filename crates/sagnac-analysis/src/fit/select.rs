@@ -161,14 +161,21 @@ pub(crate) fn grow(problem: &Problem, candidates: &Candidates) -> (Solution, Fre
     let mut free = free_singles(candidates);
     let mut solution = problem.fit(&problem.start(&free), &free);
     let mut count = 0;
+    let mut faster: Option<Problem> = None;
     while count < candidates.gauss_markov.min(2) {
-        let with = add_gauss_markov(problem, &solution, &free, count, 6.0);
+        let here = faster.as_ref().unwrap_or(problem);
+        let mut with = add_gauss_markov(here, &solution, &free, count, 6.0);
+        let more = with_gauss_markov(&free, count);
+        if let Some(open) = here.with_faster(&with.parameters) {
+            with = open.fit(&with.parameters, &more);
+            faster = Some(open);
+        }
         if solution.objective - with.objective < GAUSS_MARKOV_THRESHOLD
-            || problem.at_edge(&with.parameters)
+            || faster.as_ref().unwrap_or(problem).at_edge(&with.parameters)
         {
             break;
         }
-        free = with_gauss_markov(&free, count);
+        free = more;
         solution = with;
         count += 1;
     }

@@ -27,6 +27,42 @@ pub(crate) fn estimate_of_samples(samples: &[f64], step_s: f64) -> AxisEstimate 
     estimate_of(&[whole], step_s)
 }
 
+/// Sum of four uniform numbers: Gaussian enough, variance 1.
+pub(crate) fn noise(seed: &mut u64) -> f64 {
+    let sum = (0..4).fold(-2.0, |sum, _| {
+        *seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        sum + (*seed >> 11) as f64 / (1_u64 << 53) as f64
+    });
+    sum * 3_f64.sqrt()
+}
+
+/// Adds a Gauss–Markov process, averaged over each sample, from its stationary law on.
+pub(crate) fn add_process(
+    samples: &mut [f64],
+    step_s: f64,
+    (sigma, time_s): (f64, f64),
+    seed: &mut u64,
+) {
+    let h = step_s / time_s;
+    let phi = (-h).exp();
+    let end = 1.0 - phi * phi;
+    let mean = if h < 0.01 {
+        2.0 * h / 3.0 - h * h / 2.0 + 7.0 * h.powi(3) / 30.0
+    } else {
+        (2.0 * h - 3.0 + 4.0 * phi - phi * phi) / (h * h)
+    };
+    let both = (1.0 - phi).powi(2) / h;
+    let rest = (mean - both * both / end).max(0.0).sqrt();
+    let mut x = noise(seed);
+    for y in samples {
+        let kick = end.sqrt() * noise(seed);
+        *y += sigma * (x * (1.0 - phi) / h + both / end * kick + rest * noise(seed));
+        x = phi * x + kick;
+    }
+}
+
 /// The generator of SP 1065: n_{i+1} = 16807·n_i mod 2147483647, y_i = n_i/2147483647.
 pub(crate) fn generator(count: usize) -> Vec<f64> {
     let mut n: u64 = 1_234_567_890;
