@@ -4,6 +4,7 @@
 //! Nyquist, for a filter. So where the best fit comes near 10 dt the range is opened to 1 dt.
 
 use super::likelihood::{FIRST_GM, Free, N, Parameters, Problem, Solution};
+use super::spectra::GaussMarkovShape;
 
 /// Highest u from which the band is that of the whole log.
 const WHOLE: f64 = 0.45;
@@ -19,6 +20,9 @@ const EDGE: f64 = 0.02;
 const SURELY: f64 = 9.0;
 /// White noise beside a fast process, over what a first-order low-pass leaves at Nyquist, up to which it is that low-pass.
 const OF_LOW_PASS: f64 = 2.0;
+
+/// Its power over that of white noise beside it from which a fast process is a low-pass.
+const BELOW: f64 = 8.0;
 
 impl Problem {
     fn is_whole(&self) -> bool {
@@ -86,8 +90,8 @@ impl Problem {
         processes(&solution.parameters).filter(is_fast).collect()
     }
 
-    /// Whether a process surely faster than ten samples has no more white noise beside it than a first-order low-pass of
-    /// white noise, which is a process with a little white noise itself.
+    /// Whether a process surely faster than ten samples has so little white noise beside it that a low-pass is likelier:
+    /// 9 dB under its own level, or what a first-order low-pass of white noise, a process with a little white noise, leaves.
     ///
     /// With φ = e^{−h}, h = dt/T_c, the low-pass y_k = φ y_{k−1} + (1 − φ) x_k has N²/dt = σ² [((1 − φ)/h)²/φ − 2(h − 1 + φ)/h²].
     pub(crate) fn is_low_pass(&self, solution: &Solution, free: &Free) -> bool {
@@ -97,7 +101,8 @@ impl Problem {
         let h = (-solution.parameters[at + 1]).exp();
         let fall = -(-h).exp_m1();
         let left = (fall / h).powi(2) * h.exp() - 2.0 * (h - fall) / (h * h);
-        solution.parameters[N] < OF_LOW_PASS * left * solution.parameters[at]
+        let level = GaussMarkovShape::new(h).at(0.0);
+        solution.parameters[N] < solution.parameters[at] * (OF_LOW_PASS * left).max(level / BELOW)
     }
 }
 
