@@ -100,10 +100,20 @@ def draw(rng, n, dt, mix):
 
 
 def temperature(rng, n, dt, mix):
-    """What a thermometer says while the axis warms up: 25 C rising by 10 K with the warm-up's time, 0.02 K of noise."""
-    _, tau = mix["warm"]
+    """What a thermometer says.
+
+    While the axis warms up 25 C rising by 10 K with the warm-up's time and 0.02 K of noise; else about 25 C a sine of 5 K and
+    1.3 periods, a ramp of 10 K (both with 0.01 K of noise) or a random walk of 0.1 K/sqrt(s).
+    """
     t = dt * (np.arange(n) + 0.5)
-    return 25 + 10 * (1 - np.exp(-t / tau)) + 0.02 * rng.standard_normal(n)
+    if mix.get("warm"):
+        _, tau = mix["warm"]
+        return 25 + 10 * (1 - np.exp(-t / tau)) + 0.02 * rng.standard_normal(n)
+    profile = mix["temperature"][0]
+    if profile == "walk":
+        return 25 + 0.1 * np.sqrt(dt) * np.cumsum(rng.standard_normal(n))
+    shape = np.sin(2.6 * np.pi * t / t[-1] + rng.uniform(0, 2 * np.pi)) * 5 if profile == "sine" else 10 * t / t[-1]
+    return 25 + shape + 0.01 * rng.standard_normal(n)
 
 
 # ---- what can be known -------------------------------------------------------------------------------------------

@@ -15,6 +15,8 @@ from axes import bounds, clearness, draw, temperature
 DECLARED_SEEDS = (20261201, 20261202)
 # Declared before the first run with it, on 25 November 2026: the seed of the table of thousands of axes.
 LONG_SEED = 20261210
+# Declared before the first run with it, on 1 December 2026: the seed of short processes, weak Q, lines beside K, temperatures.
+SHORT_SEED = 20261401
 H = 180_000, 0.02  # 1 h at 50 Hz
 SETS = {
     "basic": {
@@ -99,6 +101,15 @@ SETS = {
         "NBKR_weak": (H, {"N": 1, "B": 0.3, "K": 0.05, "R": 0.002}),
         "NK_05": (H, {"N": 1, "K": 0.05}),
     },
+    # The temperature's polynomial (profile, per K, per K^2) beside a random walk; the last two have no coefficient.
+    "thermal": {
+        "NK_sine": (H, {"N": 1, "K": 0.05, "temperature": ("sine", 0.3, 0)}),
+        "NK_sine_2": (H, {"N": 1, "K": 0.05, "temperature": ("sine", 0.3, 0.03)}),
+        "NK_heat": (H, {"N": 1, "K": 0.05, "temperature": ("ramp", 0.3, 0)}),
+        "NK_walk": (H, {"N": 1, "K": 0.05, "temperature": ("walk", 0.3, 0)}),
+        "NK_sine_0": (H, {"N": 1, "K": 0.05, "temperature": ("sine", 0, 0)}),
+        "NK_walk_0": (H, {"N": 1, "K": 0.05, "temperature": ("walk", 0, 0)}),
+    },
 }
 
 
@@ -118,12 +129,16 @@ def truth_rows(mix):
         rows += [(f"sigma{i+1}", s), (f"Tc{i+1}", tc)]
     for a, f in mix.get("line", []):
         rows += [("amplitude", a), ("frequency", f)]
+    if not mix.get("warm"):
+        rows += [(f"temperature.{i}", c) for i, c in enumerate(mix.get("temperature", ())) if i and c]
     return rows
 
 
 def pick(axis, name, count_gm):
     if name in "QNBKR":
         return axis[name]
+    if name.startswith("temperature"):
+        return axis.get("temperature", {}).get(name, {"status": "upper_limit", "upper": None})
     if name == "amplitude" or name == "frequency":
         return axis["lines"][0][name] if axis["lines"] else {"status": "upper_limit", "upper": None}
     i = int(name[-1]) - 1
@@ -153,9 +168,13 @@ class Mixture:
         n, dt = self.size
         for _ in range(axes):
             y = draw(self.rng, n, dt, self.mix)
+            t = temperature(self.rng, n, dt, self.mix) if self.mix.get("temperature") else None
+            if t is not None and not self.mix.get("warm"):
+                _, first, second = self.mix["temperature"]
+                y += first * (t - t.mean()) + second * (t - t.mean()) ** 2
             self.process.stdin.write(y.astype("<f8").tobytes())
-            if self.mix.get("temperature"):
-                self.process.stdin.write(temperature(self.rng, n, dt, self.mix).astype("<f8").tobytes())
+            if t is not None:
+                self.process.stdin.write(t.astype("<f8").tobytes())
             self.process.stdin.flush()
             self.results.append(json.loads(self.process.stdout.readline()))
 

@@ -9,7 +9,8 @@
 )]
 
 use sagnac_analysis::fit::{
-    AxisData, AxisEstimate, Candidates, Estimate, FitOptions, Segment, Status, Term, estimate,
+    AxisData, AxisEstimate, Candidates, Estimate, FitOptions, RegressorKind, Segment, Status, Term,
+    estimate,
 };
 use std::fmt::Write as _;
 use std::io::{Read, Write};
@@ -89,6 +90,18 @@ fn line(axis: &AxisEstimate, seconds: f64) -> String {
         })
         .collect();
     let _ = write!(out, "\"findings\":[{}],", list.join(","));
+    let list: Vec<String> = axis
+        .regressors
+        .iter()
+        .filter_map(|r| match r.kind {
+            RegressorKind::Temperature { power } => Some(format!(
+                r#""temperature.{power}":{{"status":"detected","value":{:e},"lower":{:e},"upper":{:e}}}"#,
+                r.value, r.lower, r.upper
+            )),
+            _ => None,
+        })
+        .collect();
+    let _ = write!(out, "\"temperature\":{{{}}},", list.join(","));
     let list: Vec<String> = axis.likelihood_ratios.iter().map(|r| number(*r)).collect();
     let _ = write!(
         out,

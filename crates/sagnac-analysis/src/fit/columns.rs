@@ -28,7 +28,8 @@ const MOST_STEPS: usize = 12;
 /// Amplitude of a warm-up over the floor of the Allan deviation; a smaller one is drift as the terms make it.
 const WARM_UP_OVER_FLOOR: f64 = 3.0;
 
-pub(super) type Chosen = (Vec<Active>, (Solution, Free, usize), Problem);
+/// What was taken in, the fit with it, its bins, and the line and powers of the temperature that were not.
+pub(super) type Chosen = (Vec<Active>, (Solution, Free, usize), Problem, Vec<Column>);
 
 /// Takes in regressors and Gauss–Markov terms one by one, the clearest first.
 pub(super) fn regressors(
@@ -230,7 +231,15 @@ pub(super) fn regressors(
     let problem = Problem::new(&[&log], !active.is_empty());
     let start = current.map_or_else(|| problem.start(&free), |s| s.parameters);
     let solution = problem.fit(&start, &free);
-    (active, (solution, free, count), problem)
+    let powers = (1..).map(ActiveKind::Temperature).zip(temperature_columns);
+    let line = ramp.map(|column| (ActiveKind::Ramp, column));
+    let possible = line
+        .into_iter()
+        .chain(powers)
+        .filter(|(kind, _)| active.iter().all(|a| a.kind != *kind))
+        .map(|(_, column)| column)
+        .collect();
+    (active, (solution, free, count), problem, possible)
 }
 
 /// The offered column with the largest gain among those that pass: (index, gain, fit).

@@ -16,8 +16,9 @@ use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
 use super::lines::{self, Line};
 use super::profile;
 use super::results::{
-    Units, beside_flicker, coefficients_below_corner, describe, gauss_markov_estimates, interval,
-    limit, named_covariance, ramp, sinusoids, spectrum_bins, weak_interval, widened,
+    Units, beside_columns, beside_flicker, beside_quantization, coefficients_below_corner,
+    describe, gauss_markov_estimates, interval, limit, named_covariance, ramp, sinusoids,
+    spectrum_bins, weak_interval, widened,
 };
 use super::select;
 use super::steps::{self, Steps};
@@ -89,6 +90,8 @@ pub(super) struct Prepared {
     pub problem: Problem,
     pub grown: (Solution, Free, usize),
     pub steps: Steps,
+    /// The line and the powers of the temperature that were not taken in.
+    pub possible: Vec<Column>,
 }
 
 /// The joint estimate of one axis.
@@ -268,7 +271,7 @@ pub(super) fn prepare(
             candidates.quantization = false;
         }
     }
-    let ((active, grown, problem), steps) = steps::chosen(
+    let ((active, grown, problem, possible), steps) = steps::chosen(
         &mut work,
         &segments,
         temperature.as_deref(),
@@ -299,6 +302,7 @@ pub(super) fn prepare(
         problem,
         grown,
         steps,
+        possible,
     })
 }
 
@@ -424,6 +428,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         problem,
         grown,
         steps,
+        possible,
     } = prepared;
     let units = Units::new(&work);
     let duration_s = work.samples as f64 * work.step_s;
@@ -546,7 +551,8 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             });
             let own = with_either(weak_interval(&problem, &tests, &free, k, own, &units), k);
             let own = if k == N {
-                beside_flicker(&problem, &tests, &best, &free, own, &units)
+                let own = beside_flicker(&problem, &tests, &best, &free, own, &units);
+                beside_quantization(&problem, &tests, &best, &free, own, &units)
             } else {
                 own
             };
@@ -585,6 +591,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         coarse.bound(&mut single, &mut gauss_markov);
     }
 
+    single[K] = beside_columns(&work, &active, &possible, &best, &free, single[K], &units);
     let mut fitted = units.terms(&best.parameters);
     let mut ratios = [None; 5];
     for k in 0..4 {
@@ -649,7 +656,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         }
         findings.push(whole_log(FindingKind::Filtered, Some(corner), text));
     }
-    let mut regressors = describe(&work, &active, &best);
+    let mut regressors = describe(&work, &active, &problem, &best, &free);
     regressors.extend(steps.regressors(&work, &active, &best));
     findings.extend(steps.findings(&work, &active, &best));
     findings.extend(checks::regressor_findings(
@@ -688,6 +695,13 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         flicker: single[B],
         random_walk: single[K],
         ramp,
+        covariance: named_covariance(
+            covariance.as_ref(),
+            &best.parameters,
+            &units,
+            &single,
+            &gauss_markov,
+        ),
         gauss_markov,
         sinusoids,
         confused: tests.pairs(),
@@ -695,7 +709,6 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         levels: steps.levels(&fitted, work.step_s),
         p_value,
         findings,
-        covariance: named_covariance(covariance.as_ref(), &best.parameters, &units),
         spectrum: spectrum_bins(&work, &active, &best),
         fitted,
         likelihood_ratios: ratios,

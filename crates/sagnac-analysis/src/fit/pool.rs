@@ -206,12 +206,18 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         white: single[N],
         flicker: single[B],
         random_walk: single[K],
+        covariance: named_covariance(
+            covariance.as_ref(),
+            &best.parameters,
+            &units,
+            &single,
+            &gauss_markov,
+        ),
         gauss_markov,
         run_to_run,
         used: prepared.iter().map(|(i, _)| *i).collect(),
         confused: tests.pairs(),
         outliers,
-        covariance: named_covariance(covariance.as_ref(), &best.parameters, &units),
         fitted,
     })
 }

@@ -5,7 +5,7 @@
 
 use super::bins::{BinnedLog, Column};
 use super::estimate::{Active, ActiveKind, Work};
-use super::likelihood::{B, FIRST_GM, Free, K, N, PARAMETERS, Parameters, Problem, Q, Solution};
+use super::likelihood::{B, FIRST_GM, Free, K, N, Parameters, Problem, Q, Solution};
 use super::lines::Line;
 use super::profile::{self, INTERVAL, LIMIT, Side};
 use super::regress;
@@ -17,6 +17,9 @@ use super::types::{
 
 /// Likelihood ratio below which a detected B or K is weak: its interval allows for an undetected other.
 const WEAK_RATIO: f64 = 20.0;
+
+/// Level of N's profile with a free Q whose best value is zero.
+const BESIDE_NONE: f64 = 2.0;
 
 /// Growth of the variance of N by a term beside it from which its interval allows for the term.
 const MATTERS: f64 = 1.1;
@@ -198,6 +201,77 @@ pub(super) fn beside_flicker(
     }
 }
 
+/// The interval of N, wide enough for quantization noise that is possible but was taken as zero.
+///
+/// Q is not named below a ratio of 12, and what of it is there N takes up: up to three times N's own standard deviation.
+/// So the lower end is that of the profile with Q free, where the best Q is zero at a lower level: N scatters independently
+/// of a Q that is not there, and with `INTERVAL` on both sides its intervals would hold in more than 97.5 % without Q.
+pub(super) fn beside_quantization(
+    problem: &Problem,
+    tests: &Tests,
+    best: &Solution,
+    free: &Free,
+    own: Estimate,
+    units: &Units,
+) -> Estimate {
+    if free[Q] || !tests.full_free[Q] {
+        return own;
+    }
+    let mut with = tests.with_possible_flicker(free).unwrap_or(*free);
+    with[Q] = true;
+    let mut start = best.clone();
+    for k in [Q, B] {
+        if with[k] && !free[k] {
+            start.parameters[k] = tests.full.parameters[k];
+        }
+    }
+    let fit = problem.fit(&start.parameters, &with);
+    let level = if fit.parameters[Q] > 0.0 {
+        INTERVAL
+    } else {
+        BESIDE_NONE
+    };
+    let lower = units.root(
+        N,
+        profile::bound(problem, &fit, &with, N, Side::Lower, level),
+    );
+    Estimate {
+        lower: own.lower.map(|l| l.min(lower)),
+        ..own
+    }
+}
+
+/// The interval of K, wide enough for slow columns that are possible but were not taken in, a line and powers of the
+/// temperature: that of the restricted likelihood, in which they may have any coefficients, counts as well.
+pub(super) fn beside_columns(
+    work: &Work,
+    active: &[Active],
+    possible: &[Column],
+    best: &Solution,
+    free: &Free,
+    own: Estimate,
+    units: &Units,
+) -> Estimate {
+    if !own.is_detected() || possible.is_empty() {
+        return own;
+    }
+    let problem = with_columns(work, active, possible, true);
+    let fit = problem.fit(&best.parameters, free);
+    if fit.parameters[K] <= 0.0 {
+        return own;
+    }
+    let other = interval(&problem, &fit, free, K, None, |v| units.root(K, v));
+    widened(own, &other)
+}
+
+/// The bins with more columns after those taken in.
+fn with_columns(work: &Work, active: &[Active], more: &[Column], restricted: bool) -> Problem {
+    let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+    columns.extend_from_slice(more);
+    let log = work.layout.sum(&work.segments, &columns, work.cut);
+    Problem::new(&[&log], restricted)
+}
+
 /// Profile limit of a variance with every candidate free; of a term with a rival the larger of those with and without it.
 pub(super) fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
     let level = if index == B || index == K {
@@ -353,10 +427,7 @@ pub(super) fn ramp(
     let (extended, solution, free_set, at, found) = if let Some(place) = place {
         (problem.clone(), best.clone(), *free, place, true)
     } else {
-        let mut columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
-        columns.push(regress::line(&work.segments));
-        let log = work.layout.sum(&work.segments, &columns, work.cut);
-        let extended = Problem::new(&[&log], false);
+        let extended = with_columns(work, active, &[regress::line(&work.segments)], false);
         let fit = extended.fit(&tests.full.parameters, &tests.full_free);
         (extended, fit, tests.full_free, active.len(), false)
     };
@@ -368,19 +439,8 @@ pub(super) fn ramp(
     } else {
         solution
     };
-    let value = solution.beta[0][at];
+    let (lower, upper, sigma) = coefficient_interval(&plain, &solution, &free_set, at);
     let p = plain.columns();
-    let sigma = solution.beta_covariance[0][at * p + at].sqrt();
-    let mut warm = solution.parameters;
-    let mut rise = |x: f64| {
-        let fit = plain
-            .with_held_column(at, x)
-            .fit_limited(&warm, &free_set, 25);
-        warm = fit.parameters;
-        fit.objective - solution.objective
-    };
-    let upper = profile::search(value, sigma, Side::Upper, INTERVAL, true, &mut rise);
-    let lower = profile::search(value, sigma, Side::Lower, INTERVAL, true, &mut rise);
     let without: Vec<usize> = (0..p).filter(|&i| i != at).collect();
     let ratio = plain
         .with_columns(&without, false)
@@ -394,6 +454,29 @@ pub(super) fn ramp(
         Estimate::limit(lower.abs().max(upper.abs()) * unit)
     };
     (estimate, Some(ratio.max(0.0)))
+}
+
+/// Lower and upper end of the profile of a column's coefficient, noise terms refitted, and its spread given the noise.
+///
+/// `plain` is the unrestricted problem, `solution` its best fit.
+fn coefficient_interval(
+    plain: &Problem,
+    solution: &Solution,
+    free: &Free,
+    at: usize,
+) -> (f64, f64, f64) {
+    let value = solution.beta[0][at];
+    let p = plain.columns();
+    let sigma = solution.beta_covariance[0][at * p + at].sqrt();
+    let mut warm = solution.parameters;
+    let mut rise = |x: f64| {
+        let fit = plain.with_held_column(at, x).fit_limited(&warm, free, 25);
+        warm = fit.parameters;
+        fit.objective - solution.objective
+    };
+    let upper = profile::search(value, sigma, Side::Upper, INTERVAL, true, &mut rise);
+    let lower = profile::search(value, sigma, Side::Lower, INTERVAL, true, &mut rise);
+    (lower, upper, sigma)
 }
 
 pub(super) fn sinusoids(
@@ -448,9 +531,18 @@ pub(super) fn sinusoids(
         .collect()
 }
 
-/// The regressors but steps.
-pub(super) fn describe(work: &Work, active: &[Active], best: &Solution) -> Vec<Regressor> {
-    let p = active.len();
+/// The columns taken in, but for the line in time and steps. How a slow column's coefficient scatters hangs on a few coefficients of
+/// the noise: its interval is that of the profile.
+pub(super) fn describe(
+    work: &Work,
+    active: &[Active],
+    problem: &Problem,
+    best: &Solution,
+    free: &Free,
+) -> Vec<Regressor> {
+    let keep: Vec<usize> = (0..active.len()).collect();
+    let plain = problem.with_columns(&keep, false);
+    let fit = plain.fit(&best.parameters, free);
     active
         .iter()
         .enumerate()
@@ -462,50 +554,65 @@ pub(super) fn describe(work: &Work, active: &[Active], best: &Solution) -> Vec<R
                     time_constant_s: tau * work.step_s,
                 },
             };
-            let value = best.beta[0][i] * work.scale;
-            let half = 1.96 * best.beta_covariance[0][i * p + i].sqrt() * work.scale;
+            let value = best.beta[0][i];
+            let (lower, upper, sigma) = coefficient_interval(&plain, &fit, free, i);
             Some(Regressor {
                 kind,
-                value,
-                lower: value - half,
-                upper: value + half,
+                value: value * work.scale,
+                lower: lower.min(value - 1.96 * sigma) * work.scale,
+                upper: upper.max(value + 1.96 * sigma) * work.scale,
             })
         })
         .collect()
 }
 
-/// Names of the parameters in a covariance.
-const NAMES: [&str; PARAMETERS] = ["Q", "N", "B", "K", "sigma1", "Tc1", "sigma2", "Tc2"];
-
+/// Covariance of the terms reported as detected, `single` and `gauss_markov`, in their order.
 pub(super) fn named_covariance(
     covariance: Option<&(Vec<usize>, Vec<f64>)>,
     parameters: &Parameters,
     units: &Units,
+    single: &[Estimate; 4],
+    gauss_markov: &[GaussMarkovEstimate],
 ) -> Covariance {
     let Some((indices, matrix)) = covariance else {
         return Covariance::default();
     };
-    let n = indices.len();
-    // From variances and ln T_c to the terms themselves.
-    let slope: Vec<f64> = indices
-        .iter()
-        .map(|&i| {
-            if super::likelihood::is_time(i) {
+    let singles = (0..4)
+        .filter(|&k| single[k].is_detected())
+        .map(|k| (k, ["Q", "N", "B", "K"][k].to_owned()));
+    let place_of = |g: &GaussMarkovEstimate| {
+        let time = g.correlation_time_s.value?;
+        let is_it = |&at: &usize| units.time(parameters[at + 1]).to_bits() == time.to_bits();
+        [FIRST_GM, FIRST_GM + 2].into_iter().find(is_it)
+    };
+    let processes = gauss_markov.iter().filter_map(place_of).enumerate();
+    let times = processes.flat_map(|(i, at)| {
+        [
+            (at, format!("sigma{}", i + 1)),
+            (at + 1, format!("Tc{}", i + 1)),
+        ]
+    });
+    // Place in the matrix, name, and slope from a variance or ln T_c to the term itself.
+    let reported: Vec<(usize, String, f64)> = singles
+        .chain(times)
+        .filter_map(|(i, name)| {
+            let place = indices.iter().position(|&k| k == i)?;
+            let slope = if super::likelihood::is_time(i) {
                 units.time(parameters[i])
             } else {
                 units.root(i, parameters[i]) / (2.0 * parameters[i])
-            }
+            };
+            Some((place, name, slope))
         })
         .collect();
-    let mut out = matrix.clone();
-    for i in 0..n {
-        for j in 0..n {
-            out[i * n + j] *= slope[i] * slope[j];
-        }
-    }
+    let n = indices.len();
+    let row = |(a, _, s): &(usize, String, f64)| -> Vec<f64> {
+        let of = |(b, _, t): &(usize, String, f64)| matrix[a * n + b] * s * t;
+        reported.iter().map(of).collect()
+    };
     Covariance {
-        names: indices.iter().map(|&i| NAMES[i].to_string()).collect(),
-        matrix: out,
+        matrix: reported.iter().flat_map(row).collect(),
+        names: reported.into_iter().map(|r| r.1).collect(),
     }
 }
 
