@@ -508,31 +508,6 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     );
     // Where two rivals are not told apart the intervals of the other terms hold with either.
     let alternative = tests.alternative(&problem, &candidates);
-    if tests.last_is_rival() {
-        let show = |f: &Solution| {
-            format!(
-                "obj {:.2} B {:.3} K {:.3e} GM {:.3},{:.2} {:.3},{:.2}",
-                f.objective,
-                units.root(B, f.parameters[B]),
-                units.root(K, f.parameters[K]),
-                units.root(4, f.parameters[4]),
-                units.time(f.parameters[5]),
-                units.root(6, f.parameters[6]),
-                units.time(f.parameters[7])
-            )
-        };
-        eprintln!(
-            "RIVAL {:?} {:?} ratios {:?}\n  full {}\n  best {}\n  alt {:?}",
-            tests.stays,
-            tests.rivaled,
-            tests.ratios,
-            show(&tests.full),
-            show(&best),
-            alternative.as_ref().map(|a| show(&a.0))
-        );
-    } else {
-        eprintln!("NORIVAL");
-    }
     let with_either = |own: Estimate, k: usize| match &alternative {
         Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
             let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));
