@@ -1,6 +1,6 @@
 """Bias, coverage, efficiency and selection of the joint estimate against known truth.
 
-usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners|warm_up|quantized|hidden] [--json F] [--minutes M]
+usage: fidelity.py PROGRAM [--axes N] [--seed S] [--only NAME] [--set basic|wide|weak|corners|warm_up|quantized|hidden|lines] [--json F] [--minutes M]
 PROGRAM is the built example `fit_axes`. Every mixture draws from its own declared stream default_rng([seed, number]).
 """
 import argparse
@@ -110,6 +110,15 @@ SETS = {
         "NK_sine_0": (H, {"N": 1, "K": 0.05, "temperature": ("sine", 0, 0)}),
         "NK_walk_0": (H, {"N": 1, "K": 0.05, "temperature": ("walk", 0, 0)}),
     },
+    # Two lines 1, 1.44, 2, 7.2 and 21.6 times 1/T apart, and harmonics.
+    "lines": {
+        "line_1": (H, {"N": 1, "line": [(0.3, 3.0), (0.3, 3.0 + 1 / 3600)]}),
+        "line_1.4": (H, {"N": 1, "line": [(0.3, 3.0), (0.3, 3.0004)]}),
+        "line_2": (H, {"N": 1, "line": [(0.3, 3.0), (0.3, 3.0 + 2 / 3600)]}),
+        "line_7": (H, {"N": 1, "line": [(0.3, 3.0), (0.3, 3.002)]}),
+        "line_22": (H, {"N": 1, "line": [(0.3, 3.0), (0.3, 3.006)]}),
+        "line_harmonics": (H, {"N": 1, "line": [(0.5, 1.7), (0.3, 3.4), (0.2, 5.1)]}),
+    },
 }
 
 
@@ -127,8 +136,8 @@ def truth_rows(mix):
     rows = [(t, mix[t]) for t in "QNBKR" if mix.get(t)]
     for i, (s, tc) in enumerate(sorted(mix.get("GM", []), key=lambda g: g[1])):
         rows += [(f"sigma{i+1}", s), (f"Tc{i+1}", tc)]
-    for a, f in mix.get("line", []):
-        rows += [("amplitude", a), ("frequency", f)]
+    for i, (a, f) in enumerate(sorted(mix.get("line", []), key=lambda l: l[1])):
+        rows += [(f"amplitude{i+1}", a), (f"frequency{i+1}", f)]
     if not mix.get("warm"):
         rows += [(f"temperature.{i}", c) for i, c in enumerate(mix.get("temperature", ())) if i and c]
     return rows
@@ -139,9 +148,11 @@ def pick(axis, name, count_gm):
         return axis[name]
     if name.startswith("temperature"):
         return axis.get("temperature", {}).get(name, {"status": "upper_limit", "upper": None})
-    if name == "amplitude" or name == "frequency":
-        return axis["lines"][0][name] if axis["lines"] else {"status": "upper_limit", "upper": None}
     i = int(name[-1]) - 1
+    if name.startswith(("amplitude", "frequency")):
+        # Of too few lines the first stands for the first, the last for the last.
+        found = axis["lines"]
+        return found[min(i, len(found) - 1)][name[:-1]] if found else {"status": "upper_limit", "upper": None}
     found = [g for g in axis["GM"] if g["sigma"]["status"] == "detected"]
     if len(found) != count_gm:
         # A missing Gauss-Markov term: the limit stands for sigma, nothing for T_c.
@@ -228,7 +239,10 @@ def summarize(name, size, mix, results):
             out["absent"][term] = 100 * sum(r[term]["status"] == "detected" for r in results) / total
     extra = sum(sum(g["sigma"]["status"] == "detected" for g in r["GM"]) > count_gm for r in results)
     out["absent"]["GM"] = 100 * extra / total
-    out["absent"]["line"] = 100 * sum(len(r["lines"]) > len(mix.get("line", [])) for r in results) / total
+    lines = len(mix.get("line", []))
+    out["absent"]["line"] = 100 * sum(len(r["lines"]) > lines for r in results) / total
+    if lines > 1:
+        out["absent"]["too few lines"] = 100 * sum(len(r["lines"]) < lines for r in results) / total
     out["p_below_5"] = 100 * sum((r["p"] if r["p"] is not None else 1) < 0.05 for r in results) / total
     kinds = {}
     for r in results:
@@ -242,12 +256,12 @@ def summarize(name, size, mix, results):
 
 def show(o):
     print(f"\n{o['mixture']}  {o['truth']}  {o['samples']} samples at {1/o['dt']:g} Hz, {o['axes']} axes, {o['milliseconds']:.1f} ms an axis")
-    print("  term       clear   bound%  found%   bias%  bias/sd  ratio  cover% [binomial]     printed% [binomial]")
+    print("  term         clear   bound%  found%   bias%  bias/sd  ratio  cover% [binomial]     printed% [binomial]")
     f = lambda v, w, d: " " * (w - 1) + "-" if v is None or v != v else f"{v:{w}.{d}f}"
     for r in o["rows"]:
         c, p = r["coverage_interval"], r["printed_interval"]
         print(
-            f"  {r['term']:9}{f(r['clear'],7,1)} {f(100*r['bound'] if r['bound'] else None,8,2)} {100*r['detected']:7.1f} {100*r['bias']:7.2f} {f(r['bias_over_sd'],8,2)} {f(r['ratio'],6,2)}"
+            f"  {r['term']:11}{f(r['clear'],7,1)} {f(100*r['bound'] if r['bound'] else None,8,2)} {100*r['detected']:7.1f} {100*r['bias']:7.2f} {f(r['bias_over_sd'],8,2)} {f(r['ratio'],6,2)}"
             f" {f(r['coverage'],7,1)} [{c[0]:.1f} {c[1]:.1f}] {f(r['printed'],11,1)} [{p[0]:.1f} {p[1]:.1f}]"
         )
     absent = "  ".join(f"{k} {v:.1f}" for k, v in o["absent"].items())

@@ -9,7 +9,7 @@ use super::fill::FittedSpectrum;
 use super::goodness;
 use super::likelihood::{Free, N, Problem, Solution};
 use super::select;
-use super::types::{AxisData, Candidates, Finding, FindingKind, Segment};
+use super::types::{AxisData, Candidates, Finding, FindingKind, Segment, SinusoidEstimate};
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -154,6 +154,22 @@ pub(super) fn digits(value: f64) -> String {
     } else {
         text
     }
+}
+
+/// What is said of a strong line.
+pub(super) fn line_text(line: &SinusoidEstimate) -> String {
+    let mut text = format!(
+        "a line at {:.6} Hz with amplitude {}",
+        line.frequency_hz.value.unwrap_or(0.0),
+        digits(line.amplitude.value.unwrap_or(0.0))
+    );
+    if !line.is_steady {
+        text += ", which is not constant";
+    }
+    if line.is_filtered {
+        text += ", as the filter has left it";
+    }
+    text + "; it may be an alias of a higher frequency"
 }
 
 /// Most coefficients and places of the search for a step. Coarser places than the noise can tell apart count the choice too

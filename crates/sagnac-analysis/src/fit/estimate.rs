@@ -13,14 +13,15 @@ use super::ends;
 use super::fill::{Fill, FittedSpectrum, is_long_for_its_losses};
 use super::goodness;
 use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
-use super::lines::{self, Line};
+use super::lines::{self, Level, Line};
 use super::profile;
 use super::results::{
     Units, beside_columns, beside_flicker, beside_quantization, coefficients_below_corner,
-    describe, gauss_markov_estimates, interval, limit, named_covariance, ramp, sinusoids,
-    spectrum_bins, weak_interval, widened,
+    describe, gauss_markov_estimates, interval, limit, named_covariance, ramp, spectrum_bins,
+    weak_interval, widened,
 };
 use super::select;
+use super::sinusoids::sinusoids;
 use super::steps::{self, Steps};
 use super::types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
@@ -31,8 +32,6 @@ use std::ops::Range;
 use std::sync::Arc;
 
 const MOST_LINES: usize = 24;
-/// Where the band ends below this u, a quarter of Nyquist, quantization cannot be told from white noise.
-const QUANTIZATION_FROM: f64 = 0.125;
 /// Below this duration B, K, R and Gauss–Markov terms are bounded only.
 pub(super) const SHORT_S: f64 = 100.0;
 /// Likelihood ratio from which a B or K with too few coefficients is told of: 0.1 % of absent ones reach it. Below, it is
@@ -267,9 +266,8 @@ pub(super) fn prepare(
         } else {
             break;
         }
-        if work.cut < QUANTIZATION_FROM {
-            candidates.quantization = false;
-        }
+        // Its mark is the top of the spectrum, which is gone; below the corner a resonance of the filter passes for it.
+        candidates.quantization = false;
     }
     let ((active, grown, problem, possible), steps) = steps::chosen(
         &mut work,
@@ -383,31 +381,46 @@ impl Work {
     pub(super) fn fitted(&self, parameters: &Parameters) -> FittedSpectrum<'_> {
         FittedSpectrum::new(parameters, self.layout.fill.as_deref())
     }
+
+    /// The noise that lines of segment `s` stand above: below the cut the fit, above it what the log itself shows.
+    pub(super) fn levels(&self, s: usize, parameters: &Parameters) -> Vec<Level> {
+        let n = self.segments[s].n;
+        let fitted = self.fitted(parameters);
+        let wanted = lines::threshold(n);
+        let at = |j: f64| j / (2.0 * n as f64);
+        let mut out: Vec<Level> = self
+            .layout
+            .spans(s)
+            .map(|(first, end)| (first, end, at(0.5 * (first + end - 1) as f64)))
+            .take_while(|span| span.2 <= self.cut)
+            .map(|(first, end, u)| Level {
+                first,
+                end,
+                level: fitted.at(u).max(1e-300),
+                wanted,
+            })
+            .collect();
+        if self.cut < 0.5 {
+            let from = out.last().map_or(1, |l| l.end);
+            out.extend(lines::local_levels(&self.segments[s].coefficients, from));
+        }
+        out
+    }
 }
 
-/// Looks for lines above the fit, below the cut; whether any was taken out.
+/// Looks for lines above the noise; whether any was taken out.
 fn take_lines(work: &mut Work, parameters: &Parameters) -> bool {
     let mut any = false;
-    let fitted = FittedSpectrum::new(parameters, work.layout.fill.as_deref());
     let mut lines = std::mem::take(&mut work.lines);
     for s in 0..work.segments.len() {
         if work.segments[s].n < 128 {
             continue;
         }
-        let n = work.segments[s].n;
-        let levels: Vec<(usize, usize, f64)> = work
-            .layout
-            .spans(s)
-            .map(|(first, end)| {
-                let u = 0.5 * (first + end - 1) as f64 / (2.0 * n as f64);
-                (first, end, u, fitted.at(u).max(1e-300))
-            })
-            .filter(|level| level.2 <= work.cut)
-            .map(|(first, end, _, level)| (first, end, level))
-            .collect();
-        let found = lines::take_out(&mut work.segments[s], &levels, MOST_LINES);
-        any |= !found.is_empty();
-        lines.extend(found);
+        let levels = work.levels(s, parameters);
+        let (mut own, others) = lines.into_iter().partition(|l: &Line| l.segment == s);
+        any |= lines::take_out(&mut work.segments[s], s, &levels, &mut own, MOST_LINES);
+        lines = others;
+        lines.append(&mut own);
     }
     work.lines = lines;
     any
@@ -604,15 +617,19 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
             work.samples,
         ));
     }
-    let sinusoids = sinusoids(&work, &fitted, options);
+    let sinusoids = if options.candidates.sinusoids {
+        sinusoids(&work, &best.parameters, &fitted)
+    } else {
+        Vec::new()
+    };
     for line in &sinusoids {
         if line.share_of_white > 0.1
-            && let (Some(a), Some(f)) = (line.amplitude.value, line.frequency_hz.value)
+            && let Some(f) = line.frequency_hz.value
         {
             findings.push(whole_log(
                 FindingKind::Line,
                 Some(f),
-                format!("a line at {f:.6} Hz with amplitude {}; it may be an alias of a higher frequency", checks::digits(a)),
+                checks::line_text(line),
             ));
         }
     }

@@ -32,10 +32,12 @@ mod regress;
 mod results;
 mod runs;
 mod select;
+mod sinusoids;
 mod spectra;
 mod steps;
 mod terms;
 mod times;
+mod tones;
 mod types;
 
 pub use estimate::estimate;

@@ -6,13 +6,11 @@
 use super::bins::{BinnedLog, Column};
 use super::estimate::{Active, ActiveKind, Work};
 use super::likelihood::{B, FIRST_GM, Free, K, N, Parameters, Problem, Q, Solution};
-use super::lines::Line;
 use super::profile::{self, INTERVAL, LIMIT, Side};
 use super::regress;
 use super::select::{self, Tests};
 use super::types::{
-    Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind,
-    SinusoidEstimate, SpectrumBin,
+    Covariance, Estimate, GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind, SpectrumBin,
 };
 
 /// Likelihood ratio below which a detected B or K is weak: its interval allows for an undetected other.
@@ -477,58 +475,6 @@ fn coefficient_interval(
     let upper = profile::search(value, sigma, Side::Upper, INTERVAL, true, &mut rise);
     let lower = profile::search(value, sigma, Side::Lower, INTERVAL, true, &mut rise);
     (lower, upper, sigma)
-}
-
-pub(super) fn sinusoids(
-    work: &Work,
-    fitted: &NoiseTerms,
-    options: &FitOptions,
-) -> Vec<SinusoidEstimate> {
-    if !options.candidates.sinusoids {
-        return Vec::new();
-    }
-    // Of lines within a few widths of each other (a line that is not quite constant) the strongest stands for all.
-    let mut strongest: Vec<Line> = work.lines.clone();
-    strongest.sort_by(|a, b| b.height.total_cmp(&a.height));
-    let mut kept: Vec<Line> = Vec::new();
-    for line in strongest {
-        // Above a filter's corner there is no fit that a line could stand above.
-        if line.u() > work.cut {
-            continue;
-        }
-        let near = kept.iter().any(|k| {
-            let width = (12.0 / (2.0 * k.n.min(line.n) as f64)).max(0.004 * k.u());
-            (k.u() - line.u()).abs() < width
-        });
-        if !near && kept.len() < 16 {
-            kept.push(line);
-        }
-    }
-    kept.sort_by(|a, b| a.u().total_cmp(&b.u()));
-    let white = fitted.white.powi(2) / work.step_s;
-    kept.iter()
-        .map(|line| {
-            let x = std::f64::consts::PI * line.u();
-            let gain = work.scale * x / x.sin();
-            let (a, sigma) = (line.amplitude * gain, line.amplitude_sigma() * gain);
-            let (f, spread) = (line.u() / work.step_s, line.u_sigma() / work.step_s);
-            SinusoidEstimate {
-                amplitude: Estimate::detected(
-                    a,
-                    (a - 1.96 * sigma).max(0.0),
-                    a + 1.96 * sigma,
-                    sigma,
-                ),
-                frequency_hz: Estimate::detected(f, f - 1.96 * spread, f + 1.96 * spread, spread),
-                height: line.height,
-                share_of_white: if white > 0.0 {
-                    0.5 * (line.amplitude * work.scale).powi(2) / white
-                } else {
-                    f64::INFINITY
-                },
-            }
-        })
-        .collect()
 }
 
 /// The columns taken in, but for the line in time and steps. How a slow column's coefficient scatters hangs on a few coefficients of

@@ -228,6 +228,11 @@ pub struct SinusoidEstimate {
     pub height: f64,
     /// Share of the sample's white variance that the line adds.
     pub share_of_white: f64,
+    /// Whether amplitude and frequency stay the same: what it leaves around itself is noise. Else it is the strongest of
+    /// several that one line which wanders was taken for, and its interval reaches over them.
+    pub is_steady: bool,
+    /// Whether it stands above a filter's corner: the amplitude is what the filter has left of it.
+    pub is_filtered: bool,
 }
 
 /// What kind of deterministic column was fitted beside the noise.
