@@ -79,7 +79,9 @@ impl Whitened {
             // A column that the others hold adds nothing.
             if left > 1e-9 * square {
                 let unit = 1.0 / left.sqrt();
-                own.iter_mut().for_each(|v| *v *= unit);
+                for v in &mut own {
+                    *v *= unit;
+                }
                 out.basis.push(own);
             }
         }

@@ -13,7 +13,7 @@ use super::ends;
 use super::fill::{Fill, FittedSpectrum, is_long_for_its_losses};
 use super::goodness;
 use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
-use super::lines::{self, Level, Line};
+use super::lines::{self, Line, LocalNoise};
 use super::profile;
 use super::results::{
     Units, beside_columns, beside_flicker, beside_quantization, coefficients_below_corner,
@@ -383,17 +383,17 @@ impl Work {
     }
 
     /// The noise that lines of segment `s` stand above: below the cut the fit, above it what the log itself shows.
-    pub(super) fn levels(&self, s: usize, parameters: &Parameters) -> Vec<Level> {
+    pub(super) fn levels(&self, s: usize, parameters: &Parameters) -> Vec<LocalNoise> {
         let n = self.segments[s].n;
         let fitted = self.fitted(parameters);
         let wanted = lines::threshold(n);
         let at = |j: f64| j / (2.0 * n as f64);
-        let mut out: Vec<Level> = self
+        let mut out: Vec<LocalNoise> = self
             .layout
             .spans(s)
             .map(|(first, end)| (first, end, at(0.5 * (first + end - 1) as f64)))
             .take_while(|span| span.2 <= self.cut)
-            .map(|(first, end, u)| Level {
+            .map(|(first, end, u)| LocalNoise {
                 first,
                 end,
                 level: fitted.at(u).max(1e-300),

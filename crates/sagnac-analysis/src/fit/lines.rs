@@ -47,13 +47,13 @@ pub(crate) struct Line {
     pub height: f64,
     /// Spectrum there, variance of a coefficient.
     pub level: f64,
-    /// Level down to which two lines in its place were tried in vain; nothing where it is one of two already.
+    /// LocalNoise down to which two lines in its place were tried in vain; nothing where it is one of two already.
     tried: f64,
 }
 
 /// The noise of a run of coefficients and the gain over it that a line needs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Level {
+pub(crate) struct LocalNoise {
     pub first: usize,
     pub end: usize,
     pub level: f64,
@@ -151,11 +151,11 @@ pub(crate) fn threshold(n: usize) -> f64 {
 /// Medians of blocks, of even and odd coefficients apart (the two ends of a smooth log reach them with different signs),
 /// the largest of a block and its neighbors (a filter may fall steeply). A median of m is known to 2.35/√m, as χ²_ν with
 /// ν = 0.36 m, so the gain follows 2·F(2, ν).
-pub(crate) fn local_levels(coefficients: &[f64], from: usize) -> Vec<Level> {
+pub(crate) fn local_levels(coefficients: &[f64], from: usize) -> Vec<LocalNoise> {
     let n = coefficients.len();
     let from = from.max(1);
     let wanted = threshold(n);
-    let mut blocks: Vec<Level> = Vec::new();
+    let mut blocks: Vec<LocalNoise> = Vec::new();
     let mut first = from;
     while first + LEAST_BLOCK <= n {
         // Narrow towards Nyquist, where a filter may have a zero.
@@ -165,7 +165,7 @@ pub(crate) fn local_levels(coefficients: &[f64], from: usize) -> Vec<Level> {
             width = left;
         }
         let freedom = 0.18 * width as f64;
-        blocks.push(Level {
+        blocks.push(LocalNoise {
             first,
             end: first + width,
             level: (0..2)
@@ -200,7 +200,7 @@ fn median_square(coefficients: &[f64], first: usize, end: usize) -> f64 {
 pub(crate) fn take_out(
     segment: &mut SegmentSpectrum,
     index: usize,
-    levels: &[Level],
+    levels: &[LocalNoise],
     lines: &mut Vec<Line>,
     most: usize,
 ) -> bool {
@@ -245,7 +245,7 @@ fn try_two(segment: &mut SegmentSpectrum, lines: &mut Vec<Line>, i: usize) -> bo
 }
 
 /// Gives a line the present level, over a lower one of which it reaches further.
-fn lower(segment: &mut SegmentSpectrum, line: &mut Line, levels: &[Level]) {
+fn lower(segment: &mut SegmentSpectrum, line: &mut Line, levels: &[LocalNoise]) {
     let old = *line;
     line.level = level_at(levels, old.nu).unwrap_or(old.level);
     if line.level < 0.5 * old.level {
@@ -255,7 +255,7 @@ fn lower(segment: &mut SegmentSpectrum, line: &mut Line, levels: &[Level]) {
 }
 
 /// The level at ν.
-pub(crate) fn level_at(levels: &[Level], nu: f64) -> Option<f64> {
+pub(crate) fn level_at(levels: &[LocalNoise], nu: f64) -> Option<f64> {
     let place = levels.partition_point(|l| l.end as f64 <= nu);
     levels
         .get(place)
@@ -264,9 +264,13 @@ pub(crate) fn level_at(levels: &[Level], nu: f64) -> Option<f64> {
 }
 
 /// Places where three coefficients hold much of a line, highest first.
-fn candidates(segment: &SegmentSpectrum, levels: &[Level], most: usize) -> Vec<(usize, Level)> {
+fn candidates(
+    segment: &SegmentSpectrum,
+    levels: &[LocalNoise],
+    most: usize,
+) -> Vec<(usize, LocalNoise)> {
     let c = &segment.coefficients;
-    let mut out: Vec<(usize, f64, Level)> = Vec::new();
+    let mut out: Vec<(usize, f64, LocalNoise)> = Vec::new();
     for level in levels {
         let limit = 0.62 * level.wanted * level.level;
         let (from, to) = (
@@ -295,7 +299,12 @@ fn candidates(segment: &SegmentSpectrum, levels: &[Level], most: usize) -> Vec<(
 }
 
 /// The line near coefficient j, if its gain suffices.
-fn fit_alone(segment: &SegmentSpectrum, index: usize, j: usize, level: &Level) -> Option<Line> {
+fn fit_alone(
+    segment: &SegmentSpectrum,
+    index: usize,
+    j: usize,
+    level: &LocalNoise,
+) -> Option<Line> {
     let n = segment.n;
     let wanted = level.wanted * level.level;
     let (first, end) = (j.saturating_sub(24).max(1), (j + 25).min(n));
@@ -525,7 +534,7 @@ mod tests {
             excluded: Vec::new(),
             leverage: Vec::new(),
         };
-        let all = Level {
+        let all = LocalNoise {
             first: 1,
             end: n,
             level: 1.0,

@@ -7,7 +7,7 @@
 use super::bins::SegmentSpectrum;
 use super::estimate::Work;
 use super::likelihood::Parameters;
-use super::lines::{Level, Line, QUIET, is_more, level_at, neighbors};
+use super::lines::{Line, LocalNoise, QUIET, is_more, level_at, neighbors};
 use super::tones::{REACH, Window};
 use super::types::{Estimate, NoiseTerms, SinusoidEstimate};
 
@@ -63,7 +63,7 @@ pub(super) fn sinusoids(
 
 /// Lines that may be one, the strongest first, each with the level of the noise around it.
 fn groups(work: &Work, parameters: &Parameters) -> Vec<Vec<Line>> {
-    let levels: Vec<Vec<Level>> = (0..work.segments.len())
+    let levels: Vec<Vec<LocalNoise>> = (0..work.segments.len())
         .map(|s| {
             if work.lines.iter().any(|l| l.segment == s) {
                 work.levels(s, parameters)

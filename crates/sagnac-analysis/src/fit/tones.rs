@@ -60,7 +60,7 @@ impl Window {
         for tone in tones.chunks_exact(3) {
             let (amplitude, nu) = (tone[0], tone[2]);
             let (sin, cos) = tone[1].sin_cos();
-            let mut rows = vec![Vec::with_capacity(self.values.len()); 3];
+            let mut rows = [const { Vec::new() }; 3];
             for j in (0..self.values.len()).map(|k| self.first + k) {
                 let (c, s) = columns(nu, j, self.n);
                 let (before, after) =
@@ -70,7 +70,7 @@ impl Window {
                 let slope = cos * (after.0 - before.0) + sin * (after.1 - before.1);
                 rows[2].push(amplitude * slope / (2.0 * STEP));
             }
-            out.append(&mut rows);
+            out.extend(rows);
         }
         out
     }

@@ -4,7 +4,7 @@ use sagnac_model::units::{Dimension, Unit};
 
 use super::columns::{ColumnName, ColumnUnit, Group, Role, Scale, clip, scale, time_kind};
 use super::hints::{columns_place, describe, example, example_unit, triad_of, unknown_unit};
-use super::raw::{RawColumn, RawLayout};
+use super::raw::{Cells, RawColumn, RawLayout};
 use crate::text::number::TimeKind;
 use crate::{Channel, Error, Layout, Quantity, TextColumn};
 
@@ -33,8 +33,8 @@ pub(super) fn keep_others(
 ) -> Vec<String> {
     let mut notes = Vec::new();
     for (index, column) in raw.columns.iter().enumerate() {
-        if column.is_nothing
-            || column.is_text && !with_text
+        if column.cells == Cells::Nothing
+            || column.is_text() && !with_text
             || time.is_some_and(|(at, _)| at == index)
             || ops.iter().any(|op| op.column == index)
         {
@@ -81,7 +81,7 @@ pub(super) fn say_texts(raw: &RawLayout, time: Option<(usize, TimeKind)>) -> Opt
         .columns
         .iter()
         .enumerate()
-        .filter(|(k, c)| c.is_text && time.is_none_or(|(at, _)| at != *k))
+        .filter(|(k, c)| c.is_text() && time.is_none_or(|(at, _)| at != *k))
         .map(|(k, c)| match c.name.trim() {
             "" => format!("column {k}"),
             name => name.to_owned(),
@@ -99,9 +99,11 @@ pub(super) fn by_request(groups: &[Group], raw: &RawLayout) -> Result<Chosen, Er
         let place = format!("--columns, {}", group.role.channel(group.axis));
         let sources = resolve(group, raw)?;
         for &index in &sources {
-            if raw.columns.get(index).is_some_and(|c| c.is_text) && group.unit != ColumnUnit::Iso {
+            if raw.columns.get(index).is_some_and(RawColumn::is_text)
+                && group.unit != ColumnUnit::Iso
+            {
                 let name = describe(raw, index);
-                let is_date = raw.columns.get(index).is_some_and(|c| c.is_date);
+                let is_date = raw.columns.get(index).is_some_and(RawColumn::is_date);
                 let advice = if is_date && group.role == Role::Time {
                     format!("it holds dates: write time={index}:iso")
                 } else {
@@ -377,7 +379,7 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
         let role = channel_role(name)
             .or_else(|| other_case(raw, column).filter(|_| column.unit.is_some()));
         let Some((role, axis)) = role else {
-            if !column.is_nothing && (with_text || !column.is_text) {
+            if column.cells != Cells::Nothing && (with_text || !column.is_text()) {
                 let other = as_it_is(column, index, &ops);
                 ops.push(other);
             }
@@ -413,7 +415,7 @@ pub(super) fn by_name(raw: &RawLayout, with_text: bool) -> Result<Chosen, Error>
                     )),
             );
         };
-        if column.is_text && role != Role::Time {
+        if column.is_text() && role != Role::Time {
             return Err(
                 Error::data(format!("column `{}` holds text, not numbers", column.name))
                     .at(place(raw))

@@ -1,7 +1,7 @@
 //! What errors about columns say: where they stand, which units would fit.
 
 use super::columns::{Role, clip};
-use super::raw::RawLayout;
+use super::raw::{RawColumn, RawLayout};
 use crate::Error;
 
 /// A unit of the role, for advice.
@@ -80,7 +80,7 @@ pub(super) fn unknown_unit(raw: &RawLayout, role: Role, sources: &[usize], detai
     let is_date = sources
         .first()
         .and_then(|&i| raw.columns.get(i))
-        .is_some_and(|c| c.is_date);
+        .is_some_and(RawColumn::is_date);
     if role == Role::Time && is_date {
         "iso".clone_into(&mut unit);
         "it holds dates; ".clone_into(&mut hint);
@@ -103,7 +103,7 @@ pub(super) fn unknown_unit(raw: &RawLayout, role: Role, sources: &[usize], detai
 
 /// A list for `--columns`, with the log's own column of dates where it has one.
 pub(super) fn example(raw: &RawLayout) -> String {
-    let time = match raw.columns.iter().position(|c| c.is_date) {
+    let time = match raw.columns.iter().position(RawColumn::is_date) {
         Some(k) => format!("time={k}:iso"),
         None => "time=0:s".to_owned(),
     };

@@ -3,6 +3,19 @@
 use crate::text::number::TimeKind;
 use crate::{Block, Error, Topic};
 
+/// What a column's cells hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Cells {
+    #[default]
+    Numbers,
+    /// Text and no numbers.
+    Text,
+    /// ISO 8601 dates.
+    Dates,
+    /// The last column has neither name nor value: the rows end by a separator.
+    Nothing,
+}
+
 /// A column as the format knows it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct RawColumn {
@@ -16,14 +29,20 @@ pub(crate) struct RawColumn {
     pub(crate) channel: Option<String>,
     /// Its values in the first rows, for checks and hints.
     pub(crate) preview: Vec<f64>,
-    /// True where it holds text and no numbers.
-    pub(crate) is_text: bool,
-    /// True where its text is ISO 8601 dates.
-    pub(crate) is_date: bool,
-    /// True of the last column where it has neither name nor value: the rows end by a separator.
-    pub(crate) is_nothing: bool,
+    pub(crate) cells: Cells,
     /// Its header, unit and all, as the source writes it.
     pub(crate) header: String,
+}
+
+impl RawColumn {
+    /// Whether it holds text and no numbers; dates are text.
+    pub(crate) fn is_text(&self) -> bool {
+        matches!(self.cells, Cells::Text | Cells::Dates)
+    }
+
+    pub(crate) fn is_date(&self) -> bool {
+        self.cells == Cells::Dates
+    }
 }
 
 /// What a format found.

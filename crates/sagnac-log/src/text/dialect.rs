@@ -6,7 +6,7 @@
 use super::number::whole_f64;
 use crate::Error;
 use crate::map::columns::{Role, clip};
-use crate::map::raw::RawColumn;
+use crate::map::raw::{Cells, RawColumn};
 
 /// How cells are parted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -427,7 +427,14 @@ fn columns_of(names: Vec<String>, data: &[Vec<&[u8]>], width: usize) -> Vec<RawC
                 .count();
             let filled = data.iter().filter(|r| !r[k].is_empty()).count();
             let first = data.iter().map(|r| r[k]).find(|c| !c.is_empty());
-            let is_text = filled > 0 && 2 * words > filled;
+            let cells = if filled > 0 && 2 * words > filled {
+                let is_date = first.is_some_and(|c| super::iso::parse(c).is_some());
+                if is_date { Cells::Dates } else { Cells::Text }
+            } else if k + 1 == width && text.is_empty() && filled == 0 && !data.is_empty() {
+                Cells::Nothing
+            } else {
+                Cells::Numbers
+            };
             let (name, unit) = name_and_unit(&text);
             RawColumn {
                 name,
@@ -435,9 +442,7 @@ fn columns_of(names: Vec<String>, data: &[Vec<&[u8]>], width: usize) -> Vec<RawC
                 is_own_unit: false,
                 channel: None,
                 preview: values,
-                is_text,
-                is_nothing: k + 1 == width && text.is_empty() && filled == 0 && !data.is_empty(),
-                is_date: is_text && first.is_some_and(|c| super::iso::parse(c).is_some()),
+                cells,
                 header: text,
             }
         })

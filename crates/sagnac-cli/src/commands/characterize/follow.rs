@@ -87,7 +87,7 @@ enum Input {
 /// What reading gives.
 enum Part {
     /// Rows with what is known of the log.
-    Rows(Block, Layout),
+    Rows(Block, Box<Layout>),
     /// The rows that follow are those of a file that begins anew, and why.
     Anew(&'static str),
     /// Something to be told.
@@ -108,7 +108,7 @@ fn read(source: Source, options: &ReadOptions, parts: &SyncSender<Part>) -> Resu
         match reader.read_block(&mut block) {
             Ok(true) => {
                 let layout = reader.layout().clone();
-                parts.send(Part::Rows(block, layout)).map_err(|_| ())?;
+                parts.send(Part::Rows(block, Box::new(layout))).map_err(|_| ())?;
             }
             Ok(false) => return Ok(()),
             Err(e) => return failed(e.into()),
@@ -169,7 +169,7 @@ impl Live<'_> {
         while !INTERRUPTED.load(Ordering::SeqCst) {
             let wait = Duration::from_millis(100);
             let over = match parts.recv_timeout(wait) {
-                Ok(Part::Rows(block, layout)) => self.take(block, layout)?,
+                Ok(Part::Rows(block, layout)) => self.take(block, *layout)?,
                 Ok(Part::Anew(why)) => {
                     self.anew = Some(why);
                     false
@@ -206,7 +206,7 @@ impl Live<'_> {
         while Instant::now() < until
             && let Ok(Part::Rows(block, layout)) = parts.recv_timeout(SECOND)
         {
-            self.begin(layout)?;
+            self.begin(*layout)?;
             append(&mut self.named.log, &block);
         }
         Ok(())
