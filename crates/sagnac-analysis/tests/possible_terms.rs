@@ -12,7 +12,7 @@ const SAMPLES: usize = 20_000;
 
 /// N = 1, uniform quantization noise, a random walk and a line.
 fn axis(quantization: f64, walk: f64, slope: f64, seed: &mut u64) -> Vec<f64> {
-    let mut uniform = |seed: &mut u64| {
+    let uniform = |seed: &mut u64| {
         *seed = seed
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
