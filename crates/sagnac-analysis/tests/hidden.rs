@@ -71,7 +71,7 @@ fn a_process_of_a_twentieth_of_the_log_is_rarely_called_a_random_walk() {
     let mut walks = 0;
     for _ in 0..30 {
         let mut samples = white_and_flicker(0.0, &mut seed);
-        add_process(&mut samples, 5.0, 360.0, &mut seed);
+        common::add_process(&mut samples, STEP_S, (5.0, 360.0), &mut seed);
         walks += usize::from(of(&samples).random_walk.is_detected());
     }
     assert!(walks <= 9, "K named in {walks} of 30");
@@ -82,7 +82,7 @@ fn a_process_keeps_its_time_where_another_may_stand_for_flicker() {
     let mut seed = 8500;
     for i in 0..80 {
         let mut samples = white_and_flicker(0.3, &mut seed);
-        add_process(&mut samples, 1.0, 2.0, &mut seed);
+        common::add_process(&mut samples, STEP_S, (1.0, 2.0), &mut seed);
         let found = of(&samples);
         let times: Vec<f64> = found
             .gauss_markov

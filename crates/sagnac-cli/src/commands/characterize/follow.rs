@@ -108,7 +108,9 @@ fn read(source: Source, options: &ReadOptions, parts: &SyncSender<Part>) -> Resu
         match reader.read_block(&mut block) {
             Ok(true) => {
                 let layout = reader.layout().clone();
-                parts.send(Part::Rows(block, Box::new(layout))).map_err(|_| ())?;
+                parts
+                    .send(Part::Rows(block, Box::new(layout)))
+                    .map_err(|_| ())?;
             }
             Ok(false) => return Ok(()),
             Err(e) => return failed(e.into()),
