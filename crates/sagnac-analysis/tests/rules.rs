@@ -122,6 +122,27 @@ fn a_step_in_a_gap_or_soon_after_it_is_named_with_its_levels() {
 }
 
 #[test]
+fn a_step_soon_after_a_gap_is_named_beside_a_process() {
+    let mut seed = 37;
+    let mut named = 0;
+    for _ in 0..6 {
+        // A process of 5 s, as strong as the white noise of a sample.
+        let decay = (-STEP_S / 5.0).exp();
+        let mut state = 0.0;
+        let samples: Vec<f64> = white(600.0, &mut seed, |t| if t < 300.0 { 0.0 } else { 6.0 })
+            .into_iter()
+            .map(|y| {
+                state = decay * state + (1.0 - decay * decay).sqrt() * noise(&mut seed);
+                y + state
+            })
+            .collect();
+        let axis = parted(&samples, 14_000..14_950);
+        named += i32::from(kinds(&axis).contains(&FindingKind::Step));
+    }
+    assert!(named >= 5, "{named}");
+}
+
+#[test]
 fn a_walk_goes_on_across_a_gap_without_steps() {
     let mut seed = 31;
     let mut walks = 0;

@@ -126,7 +126,8 @@ pub(super) fn regressors(
         if options.data_checks && steps_so_far < MOST_STEPS {
             // A step is looked for in what the fit leaves.
             // A process already found belongs to what the step stands out of.
-            let processes = first_round && grown.2 > 0;
+            // That fit knows no column: a step that is given is none of its own.
+            let processes = first_round && grown.2 > 0 && active.is_empty();
             let background = if processes { &grown.0 } else { &now };
             let likely = checks::find_step(work, segments, &active, background);
             let threshold = STEP_EVIDENCE - likely.as_ref().map_or(0.0, |l| l.choice);
