@@ -82,6 +82,7 @@ def main():
     for name, words in (("allan strided", ["allan", "LOG", "--estimate", "strided"]),
                         ("convert", ["convert", "LOG", "-o", str(folder / "memory-out.npy"), "--force"]),
                         ("correct", ["correct", str(model), "LOG", "-o", str(folder / "memory-out.npy"), "--force"]),
+                        ("allan spectrum", ["allan", "LOG", "--spectrum"]),
                         ("allan exact", ["allan", "LOG", "--estimate", "exact"]),
                         ("info", ["info", "LOG"]),
                         ("characterize", ["characterize", "LOG"])):

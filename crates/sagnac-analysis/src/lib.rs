@@ -15,6 +15,6 @@ pub use confidence::{Interval, chi_squared_interval};
 pub use deviation::dynamic::{Window, dynamic};
 pub use deviation::{Curve, Deviation, Estimate, deviations};
 pub use error::Error;
-pub use spectrum::{Density, welch};
+pub use spectrum::{Density, Transforms, WelchStream, welch};
 pub use streaming::DeviationStream;
 pub use tau_grid::TauGrid;

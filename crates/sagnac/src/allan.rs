@@ -33,6 +33,9 @@ use crate::error::Kind;
 /// Values of all axes together from which the strided estimate is used where none is asked for.
 pub const MOST_EXACT_VALUES: u64 = 100_000_000;
 
+/// Values of all axes together from which a spectrum is taken from a stream: it is the same, with fewer findings.
+pub const MOST_HELD_FOR_SPECTRUM: u64 = 1 << 22;
+
 /// What to estimate.
 #[derive(Clone, Debug, Default)]
 pub struct AllanRequest {
@@ -122,6 +125,7 @@ fn curves(reader: &mut dyn LogReader, request: &AllanRequest) -> Result<AllanOut
     let limit = match request.estimate {
         Some(Estimate::Exact) => u64::MAX,
         Some(Estimate::Strided) => 0,
+        None if request.spectrum => MOST_HELD_FOR_SPECTRUM,
         None => MOST_EXACT_VALUES,
     };
     let width = axes.len() as u64;

@@ -1,6 +1,6 @@
-//! The strided estimate: one pass over a log of any length.
+//! The strided estimate, and Welch's spectrum: one pass over a log of any length.
 
-use sagnac_analysis::{DeviationStream, Estimate};
+use sagnac_analysis::{Curve, Density, DeviationStream, Estimate, Transforms, WelchStream};
 use sagnac_log::{Block, Issue, IssueKind, LogReader, Stamp};
 
 use super::{AllanAxis, AllanOutcome, AllanRequest};
@@ -15,15 +15,10 @@ pub(super) fn strided(
     axes: &[usize],
     request: &AllanRequest,
 ) -> Result<AllanOutcome, Error> {
-    for (asked, option) in [
-        (request.spectrum, "--spectrum"),
-        (request.dynamic_s.is_some(), "--dynamic"),
-    ] {
-        if asked {
-            return Err(Error::usage(format!("{option} has no strided form"))
-                .at("--estimate strided, or a log of more than 1e8 values")
-                .advise("add --estimate exact, or cut the log with --start and --end"));
-        }
+    if request.dynamic_s.is_some() {
+        return Err(Error::usage("--dynamic has no strided form")
+            .at("--estimate strided, or a log of more than 1e8 values")
+            .advise("add --estimate exact, or cut the log with --start and --end"));
     }
     let mut block = Block::with_columns(reader.layout().channels.len());
     let mut more = reader.read_block(&mut block)?;
@@ -42,29 +37,15 @@ pub(super) fn strided(
             .at("time")
             .advise("add --rate, for instance --rate 100Hz")
     })?;
-    let factors = request
-        .taus
-        .factors_of_unknown_length(request.deviation, samples, step_s)
-        .ok_or_else(|| {
-            Error::usage("a strided estimate at every averaging factor would need the whole log")
-                .at("--taus all")
-                .advise("choose --taus octave, or add --estimate exact")
-        })?;
     let layout = reader.layout().clone();
-    let mut streams = Vec::with_capacity(axes.len());
-    for _ in axes {
-        let stream =
-            DeviationStream::new(request.deviation, factors.clone()).map_err(|error| Error {
-                kind: crate::Kind::Usage,
-                ..Error::from(error)
-            })?;
-        streams.push(Axis::new(stream));
-    }
+    let stream = stream_of(request, samples, step_s)?;
+    let mut streams: Vec<Axis> = axes.iter().map(|_| Axis::new(stream.clone())).collect();
+    let mut transforms = Transforms::default();
     let mut rows = 0;
     while more {
         let marks = clock.marks(&block);
         for (axis, &column) in streams.iter_mut().zip(axes) {
-            axis.push(&block.columns[column], &marks);
+            axis.push(&block.columns[column], &marks, &mut transforms);
         }
         rows += block.rows as u64;
         more = reader.read_block(&mut block)?;
@@ -76,7 +57,12 @@ pub(super) fn strided(
         dt_s,
         origin_s: clock.first.map_or(0.0, Stamp::seconds),
         segments: 1,
-        estimate: Estimate::Strided,
+        // All pieces of a spectrum are in it.
+        estimate: if request.spectrum {
+            Estimate::Exact
+        } else {
+            Estimate::Strided
+        },
         axes: Vec::new(),
         issues: clock.issues(),
         notes: reader.layout().notes.clone(),
@@ -95,26 +81,17 @@ pub(super) fn strided(
                 text: format!("{} samples are not numbers", axis.lost),
             });
         }
-        let wanted = request
-            .taus
-            .factors(request.deviation, axis.stream.longest(), dt_s);
-        // Increments become rates by one division, which a deviation passes through.
+        // Increments become rates by one division, which a deviation passes through, and a density twice.
         let scale = if channel.is_increment {
             1.0 / dt_s
         } else {
             1.0
         };
-        let curve = match axis.stream.finish_at(dt_s, &wanted) {
-            Ok(mut curve) => {
-                let limits = curve.lower.iter_mut().chain(&mut curve.upper).flatten();
-                for value in curve.deviation.iter_mut().chain(limits) {
-                    *value *= scale;
-                }
-                Some(curve)
-            }
+        let (curve, density) = match axis.stream.finish(request, dt_s, scale) {
+            Ok(found) => found,
             Err(error) => {
                 problem.get_or_insert((channel.name.clone(), error));
-                None
+                (None, None)
             }
         };
         outcome.axes.push(AllanAxis {
@@ -122,7 +99,7 @@ pub(super) fn strided(
             quantity: channel.quantity,
             unit: channel.unit.clone(),
             curve,
-            density: None,
+            density,
             windows: None,
         });
     }
@@ -131,6 +108,76 @@ pub(super) fn strided(
             Err(Error::from(error).at(format!("{}, channel {name}", request.label)))
         }
         _ => Ok(outcome),
+    }
+}
+
+/// An axis on its way to what is asked for.
+#[derive(Clone)]
+enum Stream {
+    Deviation(DeviationStream),
+    Spectrum(WelchStream),
+}
+
+/// A stream for an axis, before its length is known.
+fn stream_of(request: &AllanRequest, samples: Option<usize>, step_s: f64) -> Result<Stream, Error> {
+    if request.spectrum {
+        return Ok(Stream::Spectrum(WelchStream::default()));
+    }
+    let factors = request
+        .taus
+        .factors_of_unknown_length(request.deviation, samples, step_s)
+        .ok_or_else(|| {
+            Error::usage("a strided estimate at every averaging factor would need the whole log")
+                .at("--taus all")
+                .advise("choose --taus octave, or add --estimate exact")
+        })?;
+    let stream = DeviationStream::new(request.deviation, factors).map_err(|error| Error {
+        kind: crate::Kind::Usage,
+        ..Error::from(error)
+    })?;
+    Ok(Stream::Deviation(stream))
+}
+
+impl Stream {
+    fn push(&mut self, samples: &[f64], transforms: &mut Transforms) {
+        match self {
+            Self::Deviation(stream) => stream.push(samples),
+            Self::Spectrum(stream) => stream.push(samples, transforms),
+        }
+    }
+
+    fn end_segment(&mut self) {
+        match self {
+            Self::Deviation(stream) => stream.end_segment(),
+            Self::Spectrum(stream) => stream.end_segment(),
+        }
+    }
+
+    /// What it comes to, its values times `scale`.
+    fn finish(
+        self,
+        request: &AllanRequest,
+        dt_s: f64,
+        scale: f64,
+    ) -> Result<(Option<Curve>, Option<Density>), sagnac_analysis::Error> {
+        match self {
+            Self::Deviation(stream) => {
+                let wanted = request
+                    .taus
+                    .factors(request.deviation, stream.longest(), dt_s);
+                let mut curve = stream.finish_at(dt_s, &wanted)?;
+                let limits = curve.lower.iter_mut().chain(&mut curve.upper).flatten();
+                for value in curve.deviation.iter_mut().chain(limits) {
+                    *value *= scale;
+                }
+                Ok((Some(curve), None))
+            }
+            Self::Spectrum(stream) => {
+                let mut found = stream.finish(dt_s)?;
+                found.density.iter_mut().for_each(|v| *v *= scale * scale);
+                Ok((None, Some(found)))
+            }
+        }
     }
 }
 
@@ -261,7 +308,7 @@ impl Clock {
 
 /// One axis on its way into a stream.
 struct Axis {
-    stream: DeviationStream,
+    stream: Stream,
     /// Samples lost since the last good one.
     missing: usize,
     before: Option<f64>,
@@ -271,7 +318,7 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(stream: DeviationStream) -> Self {
+    fn new(stream: Stream) -> Self {
         Self {
             stream,
             missing: 0,
@@ -282,11 +329,11 @@ impl Axis {
         }
     }
 
-    fn push(&mut self, column: &[f64], marks: &[Mark]) {
+    fn push(&mut self, column: &[f64], marks: &[Mark], transforms: &mut Transforms) {
         for (&value, &mark) in column.iter().zip(marks) {
             match mark {
                 Mark::Drop => continue,
-                Mark::Cut => self.cut(),
+                Mark::Cut => self.cut(transforms),
                 Mark::Lost(count) => self.missing += count,
                 Mark::Next => {}
             }
@@ -296,7 +343,7 @@ impl Axis {
                 continue;
             }
             if self.missing > MOST_FILLED {
-                self.cut();
+                self.cut(transforms);
             }
             if let (Some(before), 1..) = (self.before, self.missing) {
                 let parts = self.missing as f64 + 1.0;
@@ -309,12 +356,12 @@ impl Axis {
             self.before = Some(value);
             self.ready.push(value);
         }
-        self.stream.push(&self.ready);
+        self.stream.push(&self.ready, transforms);
         self.ready.clear();
     }
 
-    fn cut(&mut self) {
-        self.stream.push(&self.ready);
+    fn cut(&mut self, transforms: &mut Transforms) {
+        self.stream.push(&self.ready, transforms);
         self.ready.clear();
         if self.before.take().is_some() {
             self.segments += 1;
