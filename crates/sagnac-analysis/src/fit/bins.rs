@@ -91,6 +91,8 @@ pub(crate) struct BinnedLog {
     pub columns: usize,
     /// Shapes of Q, N, B, K.
     pub basis: [Vec<f64>; 4],
+    /// Its step over the one that the parameters are in; none: they are in its own.
+    pub step: Option<f64>,
 }
 
 const SINGLES: usize = 48;
@@ -318,6 +320,18 @@ impl BinnedLog {
         for y in &mut self.ya {
             *y *= factor;
         }
+    }
+
+    /// Puts the terms in units of another step, `step` times smaller than its own: a variance θ of Q goes with 1/dt², of N
+    /// with 1/dt, of B with neither, of K with dt.
+    pub(crate) fn at_step(&mut self, step: f64) {
+        let factors = [1.0 / (step * step), 1.0 / step, 1.0, step];
+        for (shape, factor) in self.basis.iter_mut().zip(factors) {
+            for phi in shape {
+                *phi *= factor;
+            }
+        }
+        self.step = Some(step);
     }
 
     /// Adds a bin over u from `span.0` to `span.1` (one coefficient where they are equal).

@@ -353,10 +353,16 @@ impl FilledBins {
             / 18.0
     }
 
-    /// Adds what the pattern scatters of a process.
-    pub(crate) fn add_scattered(&self, out: &mut [f64], shape: &GaussMarkovShape) {
+    /// Adds what the pattern scatters of a process in these bins.
+    pub(crate) fn add_scattered(
+        &self,
+        out: &mut [f64],
+        bins: std::ops::Range<usize>,
+        shape: &GaussMarkovShape,
+    ) {
         let v: Vec<f64> = (0..self.reach).map(|s| shape.variogram(s)).collect();
-        for (out, leak) in out.iter_mut().zip(self.leak.chunks_exact(self.reach)) {
+        let leak = self.leak.chunks_exact(self.reach).skip(bins.start);
+        for (out, leak) in out[bins].iter_mut().zip(leak) {
             *out += dot(leak, &v);
         }
     }

@@ -34,6 +34,8 @@ struct Group {
     columns: usize,
     ya: Vec<f64>,
     aa: Vec<f64>,
+    /// The log's step over that of the parameters.
+    step: f64,
 }
 
 /// What the ends of a finite log change in a bin: (πj)², the segment's length, (−1)^j (0 between whole numbers).
@@ -97,8 +99,13 @@ impl Problem {
         let mut yy = Vec::new();
         let mut basis: [Vec<f64>; 4] = Default::default();
         let mut groups = Vec::with_capacity(logs.len());
+        // The longest log and the highest frequency, in steps of the parameters.
+        let (mut longest, mut top) = (0.0_f64, 0.0_f64);
         for log in logs {
             let start = u.len();
+            let step = log.step.unwrap_or(1.0);
+            longest = log.n.iter().fold(longest, |l, n| l.max(n * step));
+            top = log.u.iter().fold(top, |t, u| t.max(u / step));
             u.extend_from_slice(&log.u);
             for (k, all) in nodes.iter_mut().enumerate() {
                 all.extend(log.nodes.iter().map(|n| n[k]));
@@ -125,9 +132,9 @@ impl Problem {
                 columns: log.columns,
                 ya: log.ya.clone(),
                 aa: log.aa.clone(),
+                step,
             });
         }
-        let longest = ends.n.iter().copied().fold(0.0, f64::max);
         let mut out = Self {
             u: Arc::new(u),
             nodes: Arc::new(nodes),
@@ -142,7 +149,7 @@ impl Problem {
             shortest: 0.0,
             restricted,
         };
-        out.bound_times(longest, logs.iter().any(|log| log.fast));
+        out.bound_times((longest, top), logs.iter().any(|log| log.fast));
         out
     }
 
@@ -219,37 +226,48 @@ impl Problem {
 
     /// Shape of a Gauss–Markov term in every bin.
     pub(crate) fn gauss_markov_basis(&self, log_time: f64) -> Vec<f64> {
-        let h = (-log_time).exp();
+        let mut out = vec![0.0; self.u.len()];
+        for group in &self.groups {
+            self.gauss_markov_of(group, (-log_time).exp() * group.step, &mut out);
+        }
+        out
+    }
+
+    /// The same in the bins of one log, whose step is `h` correlation times.
+    fn gauss_markov_of(&self, group: &Group, h: f64, out: &mut [f64]) {
         let shape = GaussMarkovShape::new(h);
-        let bins = self.u.len();
         let [low, middle, high] = &*self.nodes;
-        let (low, middle, high) = (&low[..bins], &middle[..bins], &high[..bins]);
-        let mut out: Vec<f64> = match &self.filled {
-            None => (0..bins)
-                .map(|b| {
-                    (5.0 * shape.at(low[b]) + 8.0 * shape.at(middle[b]) + 5.0 * shape.at(high[b]))
-                        / 18.0
-                })
-                .collect(),
-            Some(filled) => (0..bins)
-                .map(|b| filled.coherent(b, &shape, [low[b], middle[b], high[b]]))
-                .collect(),
-        };
+        let bins = group.bins.clone();
+        match &self.filled {
+            None => {
+                for b in bins.clone() {
+                    let sum = 5.0 * shape.at(low[b])
+                        + 8.0 * shape.at(middle[b])
+                        + 5.0 * shape.at(high[b]);
+                    out[b] = sum / 18.0;
+                }
+            }
+            Some(filled) => {
+                for b in bins.clone() {
+                    out[b] = filled.coherent(b, &shape, [low[b], middle[b], high[b]]);
+                }
+            }
+        }
         // Expected over spectrum at the lowest coefficients: 1 − 2κ(1 − q)/(κ² + π²j²), κ = T/T_c, q = e^{−κ}(−1)^j.
         let ends = &*self.ends;
         let (mut kappa, mut decay) = (0.0, 1.0);
-        for (b, phi) in out.iter_mut().enumerate() {
+        for b in bins.clone() {
             let own = ends.n[b] * h;
             if own != kappa {
                 kappa = own;
                 decay = if kappa < 40.0 { (-kappa).exp() } else { 0.0 };
             }
-            *phi *= 1.0 - 2.0 * kappa * (1.0 - decay * ends.sign[b]) / (kappa * kappa + ends.a2[b]);
+            out[b] *=
+                1.0 - 2.0 * kappa * (1.0 - decay * ends.sign[b]) / (kappa * kappa + ends.a2[b]);
         }
         if let Some(filled) = &self.filled {
-            filled.add_scattered(&mut out, &shape);
+            filled.add_scattered(out, bins, &shape);
         }
-        out
     }
 
     /// Shape of the single term `index` (Q, N, B, K).

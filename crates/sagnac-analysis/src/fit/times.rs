@@ -20,7 +20,6 @@ const EDGE: f64 = 0.02;
 const SURELY: f64 = 9.0;
 /// White noise beside a fast process, over what a first-order low-pass leaves at Nyquist, up to which it is that low-pass.
 const OF_LOW_PASS: f64 = 2.0;
-
 /// Its power over that of white noise beside it from which a fast process is a low-pass.
 const BELOW: f64 = 8.0;
 
@@ -29,11 +28,11 @@ impl Problem {
         self.u.iter().copied().fold(0.0, f64::max) >= WHOLE
     }
 
-    /// Sets the range for a log whose longest segment has so many samples; `fast`: with processes faster than ten samples.
-    pub(super) fn bound_times(&mut self, longest: f64, fast: bool) {
-        let top = self.u.iter().copied().fold(0.0, f64::max);
-        // Below a filter's corner the samples are those of a slower log: ten of its steps.
-        let slower = if top > 0.0 && top < WHOLE {
+    /// Sets the range for logs of which the longest segment and the highest frequency, in steps of the parameters, are
+    /// these; `fast`: with processes faster than ten samples.
+    pub(super) fn bound_times(&mut self, (longest, top): (f64, f64), fast: bool) {
+        // Below a filter's corner the samples are those of a slower log, beside a faster one of that: ten of its steps.
+        let slower = if top > 0.0 && !(WHOLE..=0.5).contains(&top) {
             0.5 / top
         } else {
             1.0

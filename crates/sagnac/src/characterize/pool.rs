@@ -97,20 +97,6 @@ pub(super) fn pooled(
     healths: &[Health<'_>],
     options: &FitOptions,
 ) -> Result<Vec<SensorAxis>, Error> {
-    let dt = healths[0].dt_s;
-    for (named, health) in logs.iter().zip(healths) {
-        if (health.dt_s / dt - 1.0).abs() > 1e-3 {
-            return Err(Error::data("the logs have different rates")
-                .at(format!(
-                    "{}: {:.3} Hz; {}: {:.3} Hz",
-                    logs[0].name,
-                    1.0 / dt,
-                    named.name,
-                    1.0 / health.dt_s
-                ))
-                .advise("characterize them without --one-sensor"));
-        }
-    }
     let names: Vec<(String, Sensor, usize)> = healths[0]
         .channels
         .iter()
