@@ -33,10 +33,10 @@ fn margin_of_flicker(ratio: f64, beside_another: bool) -> f64 {
 }
 
 /// The same for K. A process with T_c above a tenth of the log cannot be told from a walk and is called one. Of 150 axes each
-/// with T/20 (σ = 0.5, 2, 5 beside N = 1, 1 h) 22, 33 and 25 % are; a margin that goes on to −8.75 names 40 to 60 %, one that
+/// with T/20 (σ = 0.5, 2, 5 beside N = 1, 1 h) 36, 37 and 32 % are; a margin that goes on to −8.75 names 40 to 60 %, one that
 /// ends at −4 12 to 20 %, but K itself in 92.8 % of axes with a clearness of 6.7.
 fn margin_of_walk(ratio: f64) -> f64 {
-    -2.0 - 0.3 * (ratio.clamp(15.0, 27.0) - 15.0)
+    -2.5 - 0.125 * ratio.min(28.0)
 }
 
 /// By how much (2 Δ ln L) a process must lead to stay in the fit instead of the term that it rivals: for its parameters.
