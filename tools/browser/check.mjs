@@ -223,7 +223,10 @@ function structure({ characterize }) {
       for (const cell of all("td", row)) {
         const text = cell.textContent;
         need(cell.dataset.axis && cell.dataset.status, `cell without marks in ${row.dataset.term}`);
-        const estimate = !["lsb", "fit"].includes(row.dataset.term);
+        // The mean of an axis with levels is that of no stretch of it: without an interval, and only beside a step.
+        const isMeanOfLevels = row.dataset.term === "mean" &&
+          rows.some((r) => r.dataset.term === "step" && r.dataset.sensor === row.dataset.sensor);
+        const estimate = !["lsb", "fit", "warm_up_time"].includes(row.dataset.term) && !isMeanOfLevels;
         if (estimate && cell.dataset.status === "detected") need(/[±…]/.test(text), `${row.dataset.term}: no interval`);
         if (cell.dataset.status === "upper_limit") need(text.includes("<"), `${row.dataset.term}: no <`);
       }
