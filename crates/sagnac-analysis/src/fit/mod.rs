@@ -38,6 +38,7 @@ mod steps;
 mod terms;
 mod times;
 mod tones;
+mod transform;
 mod types;
 
 pub use estimate::estimate;
