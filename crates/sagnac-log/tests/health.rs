@@ -103,6 +103,21 @@ fn a_strong_shake_is_motion_of_its_span() {
     assert!(left_in(&health, 200.4, 203.4) <= 1);
 }
 
+/// A jump between two blocks is in neither one's scatter.
+#[test]
+fn a_violent_jump_names_its_channel_and_size() {
+    let moved = |t: f64, axis| if axis == 1 && t >= 150.0 { 2.0 } else { 0.0 };
+    let log = log(300.0, |_, _| 1.0, moved);
+    let (found, _) = motion(&log);
+    assert!(
+        found
+            .iter()
+            .all(|i| i.text.contains("up to 1.414 rad/s on gyro_y")),
+        "{found:?}"
+    );
+    assert_eq!(found.len(), 1, "{found:?}");
+}
+
 #[test]
 fn a_log_that_moves_in_its_second_half_keeps_its_first() {
     let moved = |t: f64, a: usize| {

@@ -330,7 +330,7 @@ fn number(v: f64) -> String {
 }
 
 /// A number with about four digits.
-fn short(v: f64) -> String {
+pub(super) fn short(v: f64) -> String {
     if !(1e-2..1e6).contains(&v.abs()) {
         return format!("{v:.3e}");
     }

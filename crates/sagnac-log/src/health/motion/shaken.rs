@@ -5,9 +5,11 @@
 //! most is motion is told as well; a *burst* where the scatter is three times the usual one of the rest. Edges are where
 //! the likelihood of the larger variance, Σ [d²/v₀ − d²/v₁ − ln(v₁/v₀)], is largest.
 
+use std::f64::consts::SQRT_2;
 use std::ops::Range;
 
 use super::{Averages, Motion, averages};
+use crate::health::channel::short;
 use crate::health::robust;
 use crate::{Log, Quantity};
 
@@ -77,7 +79,7 @@ pub(super) fn violent(log: &Log, size: usize, stuck: &[Vec<Range<usize>>]) -> Ve
             let limit = (VIOLENT * usual).max(least(quantity));
             let mut marked: Vec<bool> = means.scatter.iter().map(|s| *s > limit).collect();
             for k in 1..marked.len() {
-                if (means.mean[k] - means.mean[k - 1]).abs() > std::f64::consts::SQRT_2 * limit {
+                if (means.mean[k] - means.mean[k - 1]).abs() > SQRT_2 * limit {
                     (marked[k - 1], marked[k]) = (true, true);
                 }
             }
@@ -141,11 +143,13 @@ fn peak<'a>(channels: &[Blocks<'a>], rows: &Range<usize>, size: usize) -> (&'a s
     let mut best = ("", String::new(), 0.0);
     for c in channels {
         let (a, b) = (rows.start / size, rows.end.div_ceil(size));
-        let part = c.means.scatter.get(a..b.min(c.means.scatter.len()));
-        let largest = part
-            .unwrap_or(&[])
-            .iter()
-            .copied()
+        // A change between two blocks shows in their means alone.
+        let change = |k: usize| match k.checked_sub(1).filter(|&before| before >= a) {
+            Some(before) => (c.means.mean[k] - c.means.mean[before]).abs() / SQRT_2,
+            None => 0.0,
+        };
+        let largest = (a..b.min(c.means.scatter.len()))
+            .flat_map(|k| [c.means.scatter[k], change(k)])
             .filter(|s| s.is_finite())
             .fold(0.0, f64::max);
         let ratio = largest / c.usual;
@@ -155,7 +159,7 @@ fn peak<'a>(channels: &[Blocks<'a>], rows: &Range<usize>, size: usize) -> (&'a s
             } else {
                 "m/s^2"
             };
-            best = (c.name, format!("{largest:.2} {unit}"), ratio);
+            best = (c.name, format!("{} {unit}", short(largest)), ratio);
         }
     }
     best
