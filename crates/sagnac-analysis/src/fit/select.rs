@@ -25,11 +25,11 @@ const RIVAL_RATIO_OF_B: f64 = 200.0;
 /// Both make a plateau of the Allan curve; which of them is there shows only in a few coefficients. A clear B stays named
 /// in 95 % of axes although the process, with one parameter more, is likelier by chance; a weak one has to be the likelier
 /// itself, else weak processes are called flicker in up to 70 % of axes. Beside a process already found more is asked (a
-/// second process has two parameters against its one). The constants are those of 550 axes each of {N, B} at a clearness of
-/// 6.6 (96.0 % named), weak Gauss–Markov processes of T/180 and T/100 (5.5, 4.3, 3.3 % named) and two processes (5.3 %).
+/// second process has two parameters against its one). The constants are those of 2200 axes with flicker at a clearness of
+/// 6.6 (95.5 % named), 1200 with a weak Gauss–Markov process of T/180 (4.5 % named) and 1000 with two processes (3.1 %).
 fn margin_of_flicker(ratio: f64, beside_another: bool) -> f64 {
     let more = if beside_another { 1.75 } else { 0.0 };
-    0.5 + more - 0.2 * (ratio.clamp(16.0, 50.0) - 16.0)
+    0.5 + more - 0.3 * (ratio.clamp(20.0, 50.0) - 20.0)
 }
 
 /// The same for K. A process with T_c above a tenth of the log cannot be told from a walk and is called one. Of 150 axes each
