@@ -1,11 +1,13 @@
-//! Intervals that allow for what may be there and was not taken in: quantization noise beside N, a line beside K; and what a
-//! covariance lists.
+//! Intervals that allow for what may be there and was not taken in: quantization noise beside N, a line beside K; what a
+//! covariance lists; terms that a caller leaves out.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod common;
 
 use common::noise;
-use sagnac_analysis::fit::{AxisData, AxisEstimate, Estimate, FitOptions, Segment, estimate};
+use sagnac_analysis::fit::{
+    AxisData, AxisEstimate, Candidates, Estimate, FitOptions, Segment, estimate,
+};
 
 const STEP_S: f64 = 0.02;
 const SAMPLES: usize = 20_000;
@@ -112,5 +114,33 @@ fn a_covariance_lists_detected_terms_alone() {
             let sigma = found.covariance.matrix[place * (names.len() + 1)].sqrt();
             assert!((sigma / found.white.sigma.unwrap() - 1.0).abs() < 1e-9);
         }
+    }
+}
+
+#[test]
+fn a_term_that_is_left_out_makes_no_disturbance() {
+    let mut seed = 77;
+    let mut options = FitOptions::default();
+    options.candidates = Candidates {
+        white: true,
+        ..Candidates::none()
+    };
+    for _ in 0..20 {
+        let samples = axis(0.0, 0.5, 0.0, &mut seed);
+        let segments = [Segment {
+            start_s: 0.0,
+            samples: &samples,
+            filled: &[],
+        }];
+        let data = AxisData {
+            segments: &segments,
+            temperature: None,
+            step_s: STEP_S,
+            lsb: None,
+        };
+        let found = estimate(&data, &options);
+        assert!(found.regressors.is_empty(), "{:?}", found.regressors);
+        assert!(found.p_value.unwrap() < 1e-3 && found.white.is_detected());
+        assert!(!found.random_walk.is_detected() && found.random_walk.upper.is_none());
     }
 }

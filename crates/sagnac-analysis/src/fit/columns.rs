@@ -29,7 +29,12 @@ const MOST_STEPS: usize = 12;
 const WARM_UP_OVER_FLOOR: f64 = 3.0;
 
 /// What was taken in, the fit with it, its bins, and the line and powers of the temperature that were not.
-pub(super) type Chosen = (Vec<Active>, (Solution, Free, usize), Problem, Vec<Column>);
+pub(super) type Chosen = (
+    Vec<Active>,
+    (Solution, Free, usize),
+    Problem,
+    Vec<(ActiveKind, Column)>,
+);
 
 /// Takes in regressors and Gauss–Markov terms one by one, the clearest first.
 pub(super) fn regressors(
@@ -238,7 +243,6 @@ pub(super) fn regressors(
         .into_iter()
         .chain(powers)
         .filter(|(kind, _)| active.iter().all(|a| a.kind != *kind))
-        .map(|(_, column)| column)
         .collect();
     (active, (solution, free, count), problem, possible)
 }

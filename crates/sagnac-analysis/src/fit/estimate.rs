@@ -219,9 +219,20 @@ pub(super) fn prepare(
         return Err(Box::new(nothing(data, &why_no_noise(&segments))));
     };
     let mut candidates = options.candidates;
+    // What disturbed a log is told from all its noise: what a caller leaves out would pass for steps and warm-ups.
+    let mut all = Candidates {
+        sinusoids: candidates.sinusoids,
+        ..if options.data_checks {
+            Candidates::default()
+        } else {
+            candidates
+        }
+    };
     if longest_s(&segments, data.step_s) < SHORT_S {
-        candidates.ramp = false;
-        candidates.gauss_markov = 0;
+        for c in [&mut candidates, &mut all] {
+            c.ramp = false;
+            c.gauss_markov = 0;
+        }
     }
 
     // The ends of quantization noise, lines, then a filter's corner, then lines below it alone.
@@ -230,9 +241,9 @@ pub(super) fn prepare(
     loop {
         let log = work.layout.sum(&work.segments, &[], work.cut);
         let problem = Problem::new(&[&log], false);
-        grown = select::grow(&problem, &candidates);
+        grown = select::grow(&problem, &all);
         work.layout.fast = problem.is_fast(&grown.0.parameters);
-        if candidates.quantization
+        if all.quantization
             && ends_rounds < ends::MOST_ROUNDS
             && ends::take_out(&mut work, &segments, &problem, &grown.0)
         {
@@ -240,7 +251,7 @@ pub(super) fn prepare(
             continue;
         }
         rounds += 1;
-        if candidates.sinusoids && rounds <= 8 && take_lines(&mut work, &grown.0.parameters) {
+        if all.sinusoids && rounds <= 8 && take_lines(&mut work, &grown.0.parameters) {
             continue;
         }
         if !options.data_checks {
@@ -251,8 +262,7 @@ pub(super) fn prepare(
                 break;
             };
             work.cut = cut;
-        } else if let Some(cut) =
-            checks::filter_corner(&work, &problem, (&grown.0, &grown.1), &candidates)
+        } else if let Some(cut) = checks::filter_corner(&work, &problem, (&grown.0, &grown.1), &all)
         {
             // What stood above the fit of the whole spectrum was no line: that fit is void.
             if let Some(anew) = transform(&segments, data.step_s, samples) {
@@ -264,13 +274,14 @@ pub(super) fn prepare(
             break;
         }
         // Its mark is the top of the spectrum, which is gone; below the corner a resonance of the filter passes for it.
+        all.quantization = false;
         candidates.quantization = false;
     }
-    let ((active, grown, problem, possible), steps) = steps::chosen(
+    let ((mut active, mut grown, mut problem, possible), steps) = steps::chosen(
         &mut work,
         &segments,
         temperature.as_deref(),
-        &candidates,
+        &all,
         options,
         &grown,
     );
@@ -290,6 +301,18 @@ pub(super) fn prepare(
         };
         return prepare(data, &unchecked);
     }
+    if candidates != all {
+        active.retain(|a| candidates.ramp || a.kind != ActiveKind::Ramp);
+        let columns: Vec<Column> = active.iter().map(|a| a.column.clone()).collect();
+        let log = work.layout.sum(&work.segments, &columns, work.cut);
+        problem = Problem::new(&[&log], !active.is_empty());
+        grown = select::grow(&problem, &candidates);
+    }
+    let possible = possible
+        .into_iter()
+        .filter(|(kind, _)| candidates.ramp || *kind != ActiveKind::Ramp)
+        .map(|(_, column)| column)
+        .collect();
     Ok(Prepared {
         work,
         active,
