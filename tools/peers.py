@@ -5,9 +5,11 @@ log-log fit        non-negative least squares of the octave Allan variances on Q
 allan, allan-tools the crates give deviations alone; the same read-off on their curves (peers/, built apart)
 analyzer           allan-variance-analyzer's own variances (0.1 s … 1000 s by 0.1 s) and its own fits: N a line of slope -1/2
                    below 10 s, B the minimum over 0.664, K a line of slope 1/2; its first axes alone, since it is slow
-usage: peers.py [--axes N] [--seed S] [--crates PROGRAM] [--analyzer AXES] [--only NAMES]
+sagnac             the built example fit_axes: what it names, the value of a term that it does not name left out
+usage: peers.py [--axes N] [--seed S] [--program FIT_AXES] [--crates PROGRAM] [--analyzer AXES] [--only NAMES]
 """
 import argparse
+import json
 import subprocess
 import time
 import allantools
@@ -36,14 +38,27 @@ def log_log(tau, dev, n, dt):
     return dict(zip("QNBK", np.sqrt(x)))
 
 
-class Crate:
-    def __init__(self, program, which, n, dt):
-        self.process = subprocess.Popen([program, which, repr(dt), str(n)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=False)
+class Program:
+    """A program that takes axes from its input and answers a line each."""
 
-    def estimate(self, y):
+    def __init__(self, *command):
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def ask(self, y):
         self.process.stdin.write(y.astype("<f8").tobytes())
         self.process.stdin.flush()
-        pairs = [p.split(b":") for p in self.process.stdout.readline().split()]
+        return self.process.stdout.readline()
+
+
+class Sagnac(Program):
+    def estimate(self, y):
+        axis = json.loads(self.ask(y))
+        return {t: axis[t]["value"] for t in "QNBK" if axis[t]["status"] == "detected"}
+
+
+class Crate(Program):
+    def estimate(self, y):
+        pairs = [p.split(b":") for p in self.ask(y).split()]
         tau, dev = np.array(pairs, dtype=float).T
         return read_off(tau, dev)
 
@@ -69,6 +84,7 @@ if __name__ == "__main__":
     parser.add_argument("--axes", type=int, default=60)
     parser.add_argument("--seed", type=int, default=DECLARED_SEEDS[0])
     parser.add_argument("--only", default="N,NB,NBK,QN,NGM")
+    parser.add_argument("--program", default="")
     parser.add_argument("--crates", default="")
     parser.add_argument("--analyzer", default="", help="mixtures in which six axes go to allan-variance-analyzer")
     a = parser.parse_args()
@@ -78,8 +94,10 @@ if __name__ == "__main__":
         (n, dt), mix = next(s[name] for s in SETS.values() if name in s)
         rng = np.random.default_rng([a.seed, names.index(name)])
         ways = {"read-off": [], "log-log fit": []}
-        crates = {w: Crate(a.crates, w, n, dt) for w in ("allan", "allan-tools")} if a.crates else {}
-        seconds = dict.fromkeys(list(ways) + list(crates), 0.0)
+        programs = {"sagnac": Sagnac(a.program, repr(dt), str(n))} if a.program else {}
+        if a.crates:
+            programs |= {w: Crate(a.crates, w, repr(dt), str(n)) for w in ("allan", "allan-tools")}
+        seconds = dict.fromkeys(list(ways) + list(programs), 0.0)
         first = []
         for _ in range(a.axes):
             y = draw(rng, n, dt, mix)
@@ -92,9 +110,9 @@ if __name__ == "__main__":
             ways["log-log fit"].append(log_log(tau, dev, n, dt))
             seconds["read-off"] += shared
             seconds["log-log fit"] += shared
-            for w, crate in crates.items():
+            for w, program in programs.items():
                 start = time.time()
-                ways.setdefault(w, []).append(crate.estimate(y))
+                ways.setdefault(w, []).append(program.estimate(y))
                 seconds[w] += time.time() - start
         if name in a.analyzer.split(","):
             start = time.process_time()
@@ -105,7 +123,9 @@ if __name__ == "__main__":
             cells = []
             for way, got in ways.items():
                 values = np.array([g[term] for g in got if term in g])
-                if not len(values):
+                if way == "sagnac" and not mix.get(term):
+                    cells.append(f"{way}: named in {100 * len(values) / len(got):.0f} %")
+                elif not len(values):
                     cells.append(f"{way}: not asked")
                 elif not mix.get(term):
                     cells.append(f"{way}: named in {100 * np.mean(values > 0):.0f} %")
