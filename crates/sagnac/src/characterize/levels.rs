@@ -9,6 +9,8 @@ use std::fmt::Write as _;
 
 /// Angle in degrees from which a change of f is a turn, not a bias: 0.05 g.
 const LEAST_TURN_DEG: f64 = 3.0;
+/// By how much |f| may differ before and after a turn: gravity keeps its size but for biases and scale factors.
+const SAME_SIZE: f64 = 0.1;
 /// Most levels that are told one by one.
 const MOST_TOLD: usize = 3;
 
@@ -126,8 +128,9 @@ pub(super) fn turn(log: &LogOutcome) -> Option<Turn> {
         let (Some(a), Some(b)) = (force(before_s - slack), force(after_s + slack)) else {
             continue;
         };
-        let angle_deg = angle(a, b).to_degrees();
-        if angle_deg >= LEAST_TURN_DEG && largest.is_none_or(|t| angle_deg > t.angle_deg) {
+        if let Some(angle_deg) = turned_deg(a, b)
+            && largest.is_none_or(|t| angle_deg > t.angle_deg)
+        {
             largest = Some(Turn {
                 angle_deg,
                 span_s: (before_s, after_s),
@@ -135,6 +138,14 @@ pub(super) fn turn(log: &LogOutcome) -> Option<Turn> {
         }
     }
     largest
+}
+
+/// By how many degrees gravity turned; none where the change is one of biases.
+fn turned_deg(before: [f64; 3], after: [f64; 3]) -> Option<f64> {
+    let size = norm(before);
+    let angle_deg = angle(before, after).to_degrees();
+    let is_turn = (norm(after) - size).abs() <= SAME_SIZE * size && angle_deg >= LEAST_TURN_DEG;
+    is_turn.then_some(angle_deg)
 }
 
 /// The angle between two vectors, accurate near zero as well.
@@ -145,5 +156,23 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
         a[0] * b[1] - a[1] * b[0],
     ];
     let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    cross.iter().map(|c| c * c).sum::<f64>().sqrt().atan2(dot)
+    norm(cross).atan2(dot)
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::turned_deg;
+
+    #[test]
+    fn gravity_turns_and_biases_step() {
+        let turned = turned_deg([0.0, 0.1, 9.8], [4.9, 0.1, 8.3]).unwrap_or(0.0);
+        assert!((turned - 30.5).abs() < 0.5, "{turned}");
+        assert_eq!(turned_deg([0.0, 0.1, 9.8], [0.3, 0.1, 9.8]), None);
+        // No gravity in the columns: the direction of a bias is none of the sensor.
+        assert_eq!(turned_deg([1e-5, 0.0, 1e-6], [2e-4, 1.7e-4, 1.9e-4]), None);
+    }
 }
