@@ -89,7 +89,8 @@ if __name__ == "__main__":
     parser.add_argument("--analyzer", default="", help="mixtures in which six axes go to allan-variance-analyzer")
     a = parser.parse_args()
     names = [n for s in SETS.values() for n in s]
-    print("| mixture | term | way: mean error %, RMSE/bound |\n|---|---|---|")
+    # Mean error in per cent and RMSE over the bound; of an absent term in how many axes it is named.
+    headed = None
     for name in a.only.split(","):
         (n, dt), mix = next(s[name] for s in SETS.values() if name in s)
         rng = np.random.default_rng([a.seed, names.index(name)])
@@ -118,20 +119,23 @@ if __name__ == "__main__":
             start = time.process_time()
             ways["analyzer (6 axes)"] = analyzer(first, dt)
             seconds["analyzer (6 axes)"] = time.process_time() - start
+        if list(ways) != headed:
+            headed = list(ways)
+            print(f"| mixture | term | {' | '.join(headed)} |\n|{'---|' * (2 + len(headed))}", flush=True)
         b = bounds({k: v for k, v in mix.items() if k in "QNBK" or k == "GM"}, n, dt)
         for term in "QNBK":
             cells = []
             for way, got in ways.items():
                 values = np.array([g[term] for g in got if term in g])
                 if way == "sagnac" and not mix.get(term):
-                    cells.append(f"{way}: named in {100 * len(values) / len(got):.0f} %")
+                    cells.append(f"named in {100 * len(values) / len(got):.0f} %")
                 elif not len(values):
-                    cells.append(f"{way}: not asked")
+                    cells.append("not asked")
                 elif not mix.get(term):
-                    cells.append(f"{way}: named in {100 * np.mean(values > 0):.0f} %")
+                    cells.append(f"named in {100 * np.mean(values > 0):.0f} %")
                 else:
                     rel = values / mix[term] - 1
-                    cells.append(f"{way}: {100 * rel.mean():+.1f}, {np.sqrt((rel**2).mean()) / b[term]:.2f}")
-            print(f"| {name} | {term}{'' if mix.get(term) else ' (absent)'} | {'; '.join(cells)} |", flush=True)
-        each = ", ".join(f"{w} {1000 * s / len(ways[w]):.0f}" for w, s in seconds.items())
+                    cells.append(f"{100 * rel.mean():+.1f} %, {np.sqrt((rel**2).mean()) / b[term]:.2f}")
+            print(f"| {name} | {term}{'' if mix.get(term) else ' (absent)'} | {' | '.join(cells)} |", flush=True)
+        each = " | ".join(f"{1000 * seconds[w] / len(got):.0f}" for w, got in ways.items())
         print(f"| {name} | ms an axis | {each} |", flush=True)

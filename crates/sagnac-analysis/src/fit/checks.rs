@@ -406,7 +406,11 @@ pub(super) fn misfit(
         (f64::from(octave).exp2() / step_s, ratio)
     });
     let percent = (100.0 * (ratio - 1.0)).round();
-    let side = if percent < 0.0 { "below" } else { "above" };
+    let far = match percent {
+        ..0.0 => format!("it lies {} % below the fit", -percent),
+        0.0..200.0 => format!("it lies {percent} % above the fit"),
+        _ => format!("it is {} times the fit", digits(ratio)),
+    };
     Finding {
         kind: FindingKind::Misfit,
         start_s: 0.0,
@@ -414,10 +418,9 @@ pub(super) fn misfit(
         count: samples,
         size: Some(low),
         text: format!(
-            "no mixture of the terms explains the spectrum (p < 0.001): from {} to {} Hz it lies {} % {side} the fit; intervals are conditional",
+            "no mixture of the terms looked for explains the spectrum (p < 0.001): from {} to {} Hz {far}; intervals are conditional",
             digits(low),
             digits(2.0 * low),
-            percent.abs(),
         ),
     }
 }
