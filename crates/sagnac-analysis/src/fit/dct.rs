@@ -5,6 +5,7 @@
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use std::f64::consts::PI;
+use std::sync::{Mutex, PoisonError};
 
 /// The largest length ≤ n whose transform is fast: no prime factor above 13 where n is long.
 ///
@@ -27,6 +28,11 @@ pub(crate) fn fast_length(n: usize) -> usize {
 /// Turns made by recurrence between two exact ones.
 const BLOCK: usize = 64;
 
+/// Samples from which transforms wait for each other: one takes 28 bytes a sample for a moment, and leaves 8.
+const LONG: usize = 1 << 22;
+
+static LONG_ONE: Mutex<()> = Mutex::new(());
+
 /// Coefficients c_0…c_{n−1} of the samples less `mean`.
 ///
 /// c_0 is returned as zero: the mean is a regressor of its own.
@@ -35,6 +41,7 @@ pub(crate) fn dct2(samples: &[f64], mean: f64, planner: &mut RealFftPlanner<f64>
     if n < 2 {
         return vec![0.0; n];
     }
+    let _alone = (n >= LONG).then(|| LONG_ONE.lock().unwrap_or_else(PoisonError::into_inner));
     let mut turned = vec![0.0; n];
     let half = n.div_ceil(2);
     let (rising, falling) = turned.split_at_mut(half);
