@@ -2,8 +2,8 @@
 
 Usage: bench_memory.py PATH_TO_SAGNAC [--only COMMAND] [--long N] [--folder F]
 The logs are drawn here (numpy, seed 3): white noise as `.npy` (f8) and as CSV. Commands that the contract wants constant
-(`allan --estimate strided`, `convert`, `correct`) must differ by at most 20 MB between the two lengths; the others hold
-the log.
+(`allan --estimate strided`, `convert`, `correct`) must differ by at most 20 MB between the two lengths; `info` holds a section,
+the others the log. `characterize` must stay below three times the log, 24 bytes a value.
 """
 import argparse
 import os
@@ -12,6 +12,9 @@ import subprocess
 import sys
 
 CONSTANT = {"allan strided", "convert", "correct"}
+# Peak MB at any length, or bytes a value.
+MOST_MB = {"info": 150}
+MOST_BYTES = {"characterize": 24}
 MODEL = 'schema = 1\nname = "one"\n[gyro.bias]\nfixed = "1 deg/h"\n'
 
 
@@ -99,8 +102,11 @@ def main():
                 cells = [f"{'—' if r[0] is None else f'{r[0]:.0f}':>9s} {r[1]:>6.1f}" if r[0] is not None else f"   {r[1]}"
                          for r in results]
                 bad = name in CONSTANT and all(r[0] is not None for r in results) and results[1][0] - results[0][0] > 20
-                failed |= bad
-                print(f"{name:14s} {label:10s} {cells[0]} {cells[1]} {'GROWS' if bad else ''}", flush=True)
+                peak = results[1][0] or 0.0
+                much = peak > MOST_MB.get(name, peak) or peak * 2**20 > MOST_BYTES.get(name, 1e9) * o.long
+                failed |= bad or much
+                print(f"{name:14s} {label:10s} {cells[0]} {cells[1]} {'GROWS' if bad else 'TOO MUCH' if much else ''}",
+                      flush=True)
     (folder / "memory-out.npy").unlink(missing_ok=True)
     return int(failed)
 

@@ -69,6 +69,12 @@ impl Error {
         }
     }
 
+    /// The error of a log without rows.
+    pub(crate) fn no_samples() -> Self {
+        Self::data("the log has no samples")
+            .advise("look at what recorded it, or at --start and --end")
+    }
+
     /// An error in the request.
     pub fn usage(what: impl Into<String>) -> Self {
         Self::Usage {

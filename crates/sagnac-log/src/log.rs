@@ -26,10 +26,7 @@ impl Log {
     /// Those of the reader; no rows at all; no time and no rate.
     pub fn read(reader: &mut dyn LogReader) -> Result<Self, Error> {
         let n = reader.layout().channels.len();
-        let mut log = Self {
-            columns: vec![Vec::new(); n],
-            ..Self::default()
-        };
+        let mut log = Self::with_columns(n);
         if let Some(samples) = reader.layout().samples {
             // A header may promise anything: reserve no more than a modest log needs.
             let reserve = usize::try_from(samples).unwrap_or(usize::MAX).min(1 << 20);
@@ -37,20 +34,51 @@ impl Log {
         }
         let mut block = Block::with_columns(n);
         while reader.read_block(&mut block)? {
-            log.stamps.append(&block.stamps);
-            for (all, part) in log.columns.iter_mut().zip(&block.columns) {
-                all.extend_from_slice(part);
-            }
-            append_texts(&mut log.texts, &block.texts);
-            log.rows += block.rows;
+            log.append(&block, block.rows);
         }
         log.layout = reader.layout().clone();
         if log.rows == 0 {
-            return Err(Error::data("the log has no samples")
-                .advise("look at what recorded it, or at --start and --end"));
+            return Err(Error::no_samples());
         }
-        log.divide_increments()?;
+        if log.layout.channels.iter().any(|c| c.is_increment) {
+            let dt_s = log.dt_s()?;
+            log.divide_increments(0, dt_s);
+        }
         Ok(log)
+    }
+
+    /// An empty log of so many columns.
+    pub(crate) fn with_columns(n: usize) -> Self {
+        Self {
+            columns: vec![Vec::new(); n],
+            ..Self::default()
+        }
+    }
+
+    /// Adds the first rows of a block, all of them where it has fewer.
+    pub(crate) fn append(&mut self, block: &Block, rows: usize) {
+        let rows = rows.min(block.rows);
+        if rows < block.rows {
+            let mut part = block.clone();
+            part.keep(0..rows);
+            return self.append(&part, rows);
+        }
+        self.stamps.append(&block.stamps);
+        for (all, part) in self.columns.iter_mut().zip(&block.columns) {
+            all.extend_from_slice(part);
+        }
+        append_texts(&mut self.texts, &block.texts);
+        self.rows += rows;
+    }
+
+    /// Drops the first rows.
+    pub(crate) fn forget(&mut self, rows: usize) {
+        self.stamps.keep(rows..self.stamps.len());
+        for column in &mut self.columns {
+            column.drain(..rows);
+        }
+        self.texts.iter_mut().for_each(|t| t.keep(rows..self.rows));
+        self.rows -= rows;
     }
 
     /// The sampling interval: 1/rate where a rate was given, else from the stamps.
@@ -102,20 +130,16 @@ impl Log {
         }
     }
 
-    /// Increments to rates, now that the whole log tells dt.
-    fn divide_increments(&mut self) -> Result<(), Error> {
-        if self.layout.channels.iter().any(|c| c.is_increment) {
-            let dt = self.dt_s()?;
-            for (channel, column) in self.layout.channels.iter_mut().zip(&mut self.columns) {
-                if channel.is_increment {
-                    for v in column.iter_mut() {
-                        *v /= dt;
-                    }
-                    channel.is_increment = false;
+    /// Increments to rates, from row `from` on.
+    pub(crate) fn divide_increments(&mut self, from: usize, dt_s: f64) {
+        for (channel, column) in self.layout.channels.iter_mut().zip(&mut self.columns) {
+            if channel.is_increment {
+                for v in column.iter_mut().skip(from) {
+                    *v /= dt_s;
                 }
+                channel.is_increment = false;
             }
         }
-        Ok(())
     }
 
     /// Hands the log out again in blocks, as a reader does.

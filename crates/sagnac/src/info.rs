@@ -1,21 +1,25 @@
 //! `info`: what is in a log, and is it sound?
 //!
+//! A log comes in sections, so that memory does not grow with it; one that is no longer than a section is judged as a
+//! whole.
+//!
 //! ```
 //! use sagnac::info::{InfoRequest, info};
-//! use sagnac::log::{ReadOptions, Source, read};
+//! use sagnac::log::{ReadOptions, Source, open};
 //! let rows: String = (0..200).map(|k| format!("{},{}\n", k as f64 / 100.0, (k * 7919 % 13) as f64)).collect();
 //! let text = format!("time [s],gyro_x [mdps]\n{rows}");
-//! let log = read(Source::memory("a.csv", text.into()), &ReadOptions::default()).map_err(sagnac::Error::from)?;
-//! let outcome = info(&log, &InfoRequest::default())?;
+//! let mut reader = open(Source::memory("a.csv", text.into()), &ReadOptions::default()).map_err(sagnac::Error::from)?;
+//! let outcome = info(&mut *reader, &InfoRequest::default())?;
 //! assert_eq!(outcome.to_json()["samples"], 200);
 //! # Ok::<(), sagnac::Error>(())
 //! ```
 
 mod quick;
+mod sections;
 mod text;
 
 use sagnac_log::health::{self, ChannelHealth, Health, HealthOptions};
-use sagnac_log::{Issue, IssueKind, Layout, Log};
+use sagnac_log::{Issue, IssueKind, Layout, Log, LogReader, Sections};
 use sagnac_report::text::Document;
 use serde_json::{Value, json};
 
@@ -27,7 +31,13 @@ use crate::findings::{issue_json, number};
 pub struct InfoRequest {
     /// The sensor's model: its ranges tell saturation.
     pub model: Option<sagnac_model::Model>,
+    /// Rows of a section; by default 2²¹ or 2²⁴ values, whatever is less.
+    pub section_rows: Option<usize>,
 }
+
+/// Rows and values of a section, where nothing else is asked for.
+const SECTION_ROWS: usize = 1 << 21;
+const SECTION_VALUES: usize = 1 << 24;
 
 /// What is in a log.
 #[derive(Debug, Clone)]
@@ -73,11 +83,30 @@ pub struct ChannelInfo {
     pub lsb: Option<f64>,
 }
 
-/// Says what is in `log`.
+/// Says what is in the log that `reader` gives.
 ///
 /// # Errors
-/// Time that never advances without a rate.
-pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
+/// Those of the reader; time that never advances without a rate; a log without samples or numbers.
+pub fn info(reader: &mut dyn LogReader, request: &InfoRequest) -> Result<InfoOutcome, Error> {
+    let columns = reader.layout().channels.len() + 1;
+    let rows = SECTION_ROWS.min(SECTION_VALUES / columns);
+    let mut sections = Sections::new(reader, request.section_rows.unwrap_or(rows));
+    let mut outcome = None;
+    while let Some(section) = sections.next()? {
+        if section.is_whole() {
+            return of_whole(section.log, request);
+        }
+        outcome
+            .get_or_insert_with(|| sections::Course::new(request))
+            .add(&section)?;
+    }
+    outcome
+        .unwrap_or_else(|| sections::Course::new(request))
+        .finish()
+}
+
+/// What the health check may know besides the log.
+fn options_of(request: &InfoRequest) -> HealthOptions {
     let range = |path: &str| {
         request
             .model
@@ -85,13 +114,19 @@ pub fn info(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
             .and_then(|m| m.triad(path))
             .map(|r| r.iter().copied().fold(f64::INFINITY, f64::min))
     };
-    let mut options = HealthOptions {
+    HealthOptions {
         gyro_range_rad_s: range("gyro.range"),
         accel_range_m_s2: range("accel.range"),
         moving: false,
-    };
+    }
+}
+
+/// Says what is in a log that is held as a whole.
+fn of_whole(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
+    let mut options = options_of(request);
     let mut health = health::check(log, &options)?;
-    let is_moving = is_carried(&health);
+    let has_motion = health.issues.iter().any(|i| i.kind == IssueKind::Motion);
+    let is_moving = has_motion && is_carried(stillness(&health));
     if is_moving {
         options.moving = true;
         health = health::check(log, &options)?;
@@ -155,21 +190,23 @@ fn sound(channel: &ChannelHealth<'_>) -> Option<[f64; 4]> {
     Some([mean, square.sqrt(), min, max])
 }
 
-/// A sensor that is carried about: motion leaves less than [`LEAST_REST`] of the log. A log too short for numbers has
-/// nothing still either, but no motion.
-fn is_carried(health: &Health<'_>) -> bool {
-    if health.issues.iter().all(|i| i.kind != IssueKind::Motion) {
-        return false;
-    }
-    let (mut still, mut all) = (0, 0);
+/// Samples without motion, and all of them.
+fn stillness(health: &Health<'_>) -> (usize, usize) {
+    let mut of = (0, 0);
     for channel in &health.channels {
-        still += channel.quiet.iter().map(|s| s.range.len()).sum::<usize>();
-        all += channel
+        of.0 += channel.quiet.iter().map(|s| s.range.len()).sum::<usize>();
+        of.1 += channel
             .segments
             .iter()
             .map(|s| s.range.len())
             .sum::<usize>();
     }
+    of
+}
+
+/// A sensor that is carried about: motion leaves less than [`LEAST_REST`] of the log. A log too short for numbers has
+/// nothing still either, but no motion.
+fn is_carried((still, all): (usize, usize)) -> bool {
     (still as f64) < LEAST_REST * all as f64
 }
 

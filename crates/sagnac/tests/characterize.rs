@@ -83,8 +83,8 @@ fn a_short_log_is_not_said_to_move() {
             text += &format!("{k},{}\n", f64::from(k * 7919 % 101) * 1e-3);
         }
         let source = Source::memory("short.csv", text.into());
-        let log = Log::read(&mut *open(source, &ReadOptions::default()).unwrap()).unwrap();
-        let outcome = info(&log, &InfoRequest::default()).unwrap();
+        let mut log = open(source, &ReadOptions::default()).unwrap();
+        let outcome = info(&mut *log, &InfoRequest::default()).unwrap();
         assert!(!outcome.is_moving, "{rows} rows");
         assert!(outcome.issues.iter().any(|i| i.kind.name() == "short"));
     }
@@ -216,8 +216,9 @@ fn a_gauss_markov_term_is_drawn_beside_the_others() {
 
 /// Means, scatters and units of `info` by channel, and its text on one line.
 fn told(text: String) -> (serde_json::Value, String) {
-    let log = named("log.csv", text).log;
-    let outcome = info(&log, &InfoRequest::default()).unwrap();
+    let source = Source::memory("log.csv", text.into());
+    let mut log = open(source, &ReadOptions::default()).unwrap();
+    let outcome = info(&mut *log, &InfoRequest::default()).unwrap();
     let words = outcome.document().render(Style::PLAIN);
     let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
     (outcome.to_json()["channels"].clone(), words)

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use sagnac::Error;
 use sagnac::info::{InfoRequest, info};
-use sagnac::log::Log;
 
 use crate::context::Context;
 use crate::inputs::{self, LogOptions};
@@ -35,8 +34,10 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         })
         .transpose()?;
     let (mut reader, _meter) = args.options.open_any(&args.log)?;
-    let log = Log::read(&mut *reader)?;
-    let outcome =
-        info(&log, &InfoRequest { model }).map_err(|e| e.at(args.log.display().to_string()))?;
+    let request = InfoRequest {
+        model,
+        section_rows: None,
+    };
+    let outcome = info(&mut *reader, &request).map_err(|e| e.at(args.log.display().to_string()))?;
     context.show(|| outcome.document(), || outcome.to_json())
 }

@@ -4,6 +4,8 @@
 
 use std::ops::Range;
 
+use super::found::{Found, Said};
+use super::moments::Moments;
 use super::thin::Thin;
 use super::time::Clock;
 use super::{ChannelHealth, robust};
@@ -215,10 +217,12 @@ pub(crate) struct Place<'a> {
     pub(crate) clock: &'a Clock<'a>,
     /// Rows of a range of its values.
     pub(crate) rows: &'a dyn Fn(&Range<usize>) -> Range<usize>,
+    /// Whether the log goes on beyond what is held of it.
+    pub(crate) is_part: bool,
 }
 
 /// Values that are missing at a thin channel's own interval.
-pub(crate) fn lost_issues(name: &str, thin: &Thin, clock: &Clock<'_>, issues: &mut Vec<Issue>) {
+pub(crate) fn lost_issues(name: &str, thin: &Thin, clock: &Clock<'_>, issues: &mut Vec<Found>) {
     for (rows, n) in thin.lost() {
         let (samples, are) = if n == 1 {
             ("sample", "is no number")
@@ -226,7 +230,8 @@ pub(crate) fn lost_issues(name: &str, thin: &Thin, clock: &Clock<'_>, issues: &m
             ("samples", "are no numbers")
         };
         let text = format!("{n} {samples} {are}");
-        issues.push(issue(IssueKind::Nan, name, clock, &rows, n, text));
+        let lost = issue(IssueKind::Nan, name, clock, &rows, n, text);
+        issues.push(Found::event(lost, rows));
     }
 }
 
@@ -236,26 +241,29 @@ pub(crate) fn nan_issues(
     values: &[f64],
     clock: &Clock<'_>,
     facts: &Facts,
-    issues: &mut Vec<Issue>,
+    issues: &mut Vec<Found>,
 ) {
     if facts.numbers == values.len() {
         return;
     }
     for run in runs(values, |v| !v.is_finite()) {
         let n = run.len();
-        let (samples, are) = if n == 1 {
-            ("sample", "is")
+        let (text, said) = if facts.numbers < super::FEWEST_NUMBERS {
+            let text = format!("only {} numbers: no parameters", facts.numbers);
+            (text, Said::Once)
         } else {
-            ("samples", "are")
+            (no_numbers(n as u64), Said::Count(no_numbers))
         };
-        let mut text = format!(
-            "{n} {samples} {are} no number{}",
-            if n == 1 { "" } else { "s" }
-        );
-        if facts.numbers < super::FEWEST_NUMBERS {
-            text = format!("only {} numbers: no parameters", facts.numbers);
-        }
-        issues.push(issue(IssueKind::Nan, name, clock, &run, n, text));
+        let none = issue(IssueKind::Nan, name, clock, &run, n, text);
+        issues.push(Found::run(none, run, said));
+    }
+}
+
+fn no_numbers(n: u64) -> String {
+    if n == 1 {
+        "1 sample is no number".to_owned()
+    } else {
+        format!("{n} samples are no numbers")
     }
 }
 
@@ -273,13 +281,16 @@ pub(super) fn runs(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<Range<usize>
     out
 }
 
+/// An extreme value that repeats less often is none of a range's end.
+pub(super) const FEWEST_SATURATED: usize = 5;
+
 /// An extreme value that repeats.
 pub(crate) fn saturation_issues(
     place: &Place<'_>,
     values: &[f64],
     facts: &Facts,
     range: Option<f64>,
-    issues: &mut Vec<Issue>,
+    issues: &mut Vec<Found>,
 ) {
     if facts.numbers < 10 || facts.min == facts.max {
         return;
@@ -288,7 +299,7 @@ pub(crate) fn saturation_issues(
         let hits = runs(values, |v| v == limit);
         let count: usize = hits.iter().map(Range::len).sum();
         let longest = hits.iter().map(Range::len).max().unwrap_or(0);
-        if longest < 3 || count < 5 {
+        if longest < 3 || (count < FEWEST_SATURATED && !place.is_part) {
             continue;
         }
         let at_range = range.is_some_and(|r| limit.abs() >= r * (1.0 - 1e-6));
@@ -304,24 +315,29 @@ pub(crate) fn saturation_issues(
             continue;
         }
         if at_range || (is_far && !(is_coarse && by_chance)) {
-            let side = if limit == facts.max {
-                "largest"
-            } else {
-                "smallest"
-            };
-            let text = format!("{side} value {} {count} times: saturated", number(limit));
+            let is_largest = limit == facts.max;
+            let text = saturated(limit, is_largest, count as u64);
+            let said = Said::Saturated { limit, is_largest };
             for hit in hits {
-                issues.push(issue(
+                let rows = (place.rows)(&hit);
+                let issue = issue(
                     IssueKind::Saturation,
                     place.name,
                     place.clock,
-                    &(place.rows)(&hit),
+                    &rows,
                     hit.len(),
                     text.clone(),
-                ));
+                );
+                issues.push(Found::run(issue, rows, said));
             }
         }
     }
+}
+
+/// What is said of an extreme value that repeats.
+pub(super) fn saturated(limit: f64, is_largest: bool, count: u64) -> String {
+    let side = if is_largest { "largest" } else { "smallest" };
+    format!("{side} value {} {count} times: saturated", number(limit))
 }
 
 fn number(v: f64) -> String {
@@ -379,24 +395,32 @@ pub(crate) fn stuck_issues(
     place: &Place<'_>,
     values: usize,
     runs: &[Range<usize>],
-    issues: &mut Vec<Issue>,
+    issues: &mut Vec<Found>,
 ) {
     for run in runs {
         let text = if run.len() == values {
-            "one value all the time: no numbers from this channel".to_owned()
+            STUCK_ALWAYS.to_owned()
         } else {
-            format!("one value for {} samples; left out", run.len())
+            stuck(run.len() as u64)
         };
         let rows = (place.rows)(run);
-        issues.push(issue(
+        let issue = issue(
             IssueKind::Stuck,
             place.name,
             place.clock,
             &rows,
             run.len(),
             text,
-        ));
+        );
+        issues.push(Found::run(issue, rows, Said::Count(stuck)));
     }
+}
+
+/// What is said of a channel that holds one value.
+pub(super) const STUCK_ALWAYS: &str = "one value all the time: no numbers from this channel";
+
+fn stuck(n: u64) -> String {
+    format!("one value for {n} samples; left out")
 }
 
 /// Whether values of this scatter in steps, the rounding's own 1/12 in its square, stand for noise below 0.7 steps.
@@ -404,30 +428,17 @@ fn hides_noise(ratio: f64) -> bool {
     ratio * ratio - 1.0 / 12.0 < 0.49
 }
 
-pub(crate) fn quantization_issue(
-    name: &str,
-    clock: &Clock<'_>,
-    facts: &Facts,
-    issues: &mut Vec<Issue>,
-) {
-    let Some(lsb) = facts.lsb else { return };
-    let ratio = facts.sigma_w / lsb;
-    if ratio < 1.5 && facts.sigma_w > 0.0 {
+/// What coarse steps do to the noise; `None` where it spans enough of them.
+pub(super) fn quantization(sigma_w: f64, lsb: Option<f64>) -> Option<String> {
+    let ratio = sigma_w / lsb?;
+    (ratio < 1.5 && sigma_w > 0.0).then(|| {
         let limits = if hides_noise(ratio) {
             "; quantization and white noise only as upper limits"
         } else {
             ""
         };
-        let text = format!("a step is {:.2} of the scatter{limits}", 1.0 / ratio);
-        issues.push(issue(
-            IssueKind::Quantization,
-            name,
-            clock,
-            &(0..clock.log.rows),
-            clock.log.rows,
-            text,
-        ));
-    }
+        format!("a step is {:.2} of the scatter{limits}", 1.0 / ratio)
+    })
 }
 
 /// More than the fastest gyros sold measure (20 000 deg/s), rad/s.
@@ -436,17 +447,19 @@ const FASTEST_GYRO: f64 = 350.0;
 /// An accelerometer at rest that shows less is dead, m/s^2.
 const DEAD: f64 = 0.1;
 
-/// Mean and standard deviation of what is finite and not far out: a single absurd sample moves neither.
-fn robust_mean(rows: usize, value: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
+/// Moments of what is finite and not far out: a single absurd sample moves none.
+fn robust_moments(rows: usize, value: impl Fn(usize) -> f64) -> Moments {
     let stride = rows.div_ceil(10_000).max(1);
     let mut some: Vec<f64> = (0..rows)
         .step_by(stride)
         .map(&value)
         .filter(|v| v.is_finite())
         .collect();
-    let middle = crate::clock::median(&mut some)?;
+    let Some(middle) = crate::clock::median(&mut some) else {
+        return Moments::default();
+    };
     let mut apart: Vec<f64> = some.iter().map(|v| (v - middle).abs()).collect();
-    let spread = crate::clock::median(&mut apart)?;
+    let spread = crate::clock::median(&mut apart).unwrap_or(0.0);
     let far = 20.0 * spread + 0.5 * middle;
     let (mut n, mut sum, mut squares) = (0_u64, 0.0, 0.0);
     for l in (0..rows).map(value).filter(|l| (l - middle).abs() <= far) {
@@ -454,24 +467,32 @@ fn robust_mean(rows: usize, value: impl Fn(usize) -> f64) -> Option<(f64, f64)> 
         sum += l - middle;
         squares += (l - middle) * (l - middle);
     }
+    if n == 0 {
+        return Moments::default();
+    }
     let off = sum / n as f64;
-    (n > 0).then(|| {
-        let variance = (squares / n as f64 - off * off).max(0.0);
-        (middle + off, variance.sqrt())
-    })
+    let variance = (squares / n as f64 - off * off).max(0.0);
+    Moments {
+        count: n,
+        mean: middle + off,
+        spread: variance.sqrt(),
+    }
 }
 
-/// Mean and standard deviation over the log of the length of a triad, of at least so many axes.
-fn mean_length(log: &Log, word: &str, least: usize) -> Option<(f64, f64)> {
-    let c: Vec<&[f64]> = ["x", "y", "z"]
-        .iter()
-        .filter_map(|a| log.channel(&format!("{word}_{a}")))
-        .collect();
-    if c.len() < least {
-        return None;
-    }
-    robust_mean(log.rows, |k| {
-        c.iter().map(|x| x[k] * x[k]).sum::<f64>().sqrt()
+/// Moments over some rows of the lengths of accelerometer and gyro: of all three axes of an accelerometer, of those axes
+/// of a gyro that there are.
+pub(super) fn lengths(log: &Log, rows: &Range<usize>) -> [Moments; 2] {
+    [("accel", 3), ("gyro", 1)].map(|(word, least)| {
+        let c: Vec<&[f64]> = ["x", "y", "z"]
+            .iter()
+            .filter_map(|a| log.channel(&format!("{word}_{a}"))?.get(rows.clone()))
+            .collect();
+        if c.len() < least {
+            return Moments::default();
+        }
+        robust_moments(rows.len(), |k| {
+            c.iter().map(|x| x[k] * x[k]).sum::<f64>().sqrt()
+        })
     })
 }
 
@@ -479,16 +500,15 @@ fn mean_length(log: &Log, word: &str, least: usize) -> Option<(f64, f64)> {
 ///
 /// Not the length of the mean f, which is shorter where the sensor was turned.
 pub fn mean_force(log: &Log) -> Option<f64> {
-    mean_length(log, "accel", 3).map(|(f, _)| f)
+    let [force, _] = lengths(log, &(0..log.rows));
+    force.mean()
 }
 
-/// |f| far from g, |w| of a log at rest far from zero.
-pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>) {
+/// |f| far from g, |w| of a log at rest far from zero; `None` where neither is.
+pub(super) fn units([force, rate]: [Moments; 2]) -> Option<String> {
     // Findings of one kind and span are one: both sensors are told in its text.
     let mut texts: Vec<String> = Vec::new();
-    // Of an accelerometer all three axes, of a gyro those that there are.
-    let force = mean_length(log, "accel", 3);
-    if let Some((f, _)) = force
+    if let Some(f) = force.mean()
         && (f / 9.81 - 1.0).abs() > 0.08
     {
         // The values were multiplied by the unit's factor: what they were tells what they are.
@@ -506,9 +526,11 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
         };
         texts.push(format!("|f| is {} m/s^2, far from 9.81{hint}", short(f)));
     }
-    if let Some((w, _)) = mean_length(log, "gyro", 1) {
+    if let Some(w) = rate.mean() {
         // A dead accelerometer says nothing of rest.
-        let is_still = force.is_none_or(|(f, s)| f < DEAD || s <= 0.1 * f);
+        let is_still = force
+            .mean()
+            .is_none_or(|f| f < DEAD || force.spread <= 0.1 * f);
         let hint = if w > FASTEST_GYRO {
             Some("more than gyros measure: look at the unit")
         } else if w > 5.0 && is_still {
@@ -522,12 +544,7 @@ pub(crate) fn units_issues(log: &Log, clock: &Clock<'_>, issues: &mut Vec<Issue>
             texts.push(text);
         }
     }
-    if !texts.is_empty() {
-        let text = texts.join("; ");
-        let mut i = issue(IssueKind::Units, "", clock, &(0..log.rows), log.rows, text);
-        i.channel = None;
-        issues.push(i);
-    }
+    (!texts.is_empty()).then(|| texts.join("; "))
 }
 
 /// Count and sum of squared differences of a fortieth, its start and end.

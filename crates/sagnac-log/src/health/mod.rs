@@ -6,17 +6,25 @@
 
 mod channel;
 mod clean;
+mod found;
+mod gathering;
+mod listing;
+mod moments;
 mod motion;
 mod thin;
 mod time;
 
 pub use channel::mean_force;
+pub use gathering::{Gathering, InSections, SectionHealth, check_section};
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::clock::median;
 use crate::{Error, Issue, IssueKind, Log, Quantity};
+use found::Found;
+use listing::Listing;
+use time::Clock;
 
 /// The health of a log.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,9 +112,6 @@ pub struct HealthOptions {
     pub moving: bool,
 }
 
-/// Listed of one kind at most; the last one of a channel says how many more it has.
-const MOST_OF_A_KIND: usize = 100;
-
 /// Checks a log and cleans it.
 ///
 /// # Errors
@@ -126,24 +131,78 @@ pub fn check<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Er
     if !log.columns.is_empty() && log.columns.iter().flatten().all(|v| !v.is_finite()) {
         return Err(no_numbers());
     }
-    let mut health = check_part(log, options)?;
-    let (dt_s, first_s) = (health.dt_s, health.first_s);
-    health.issues = listed(health.issues, dt_s, first_s);
+    let rows = 0..log.rows;
+    let (mut health, mut found, clock) = look(log, options, &rows, None)?;
+    let mut whole = Vec::new();
+    let mut push = |kind, channel: Option<&str>, text| {
+        whole.push(Issue {
+            kind,
+            channel: channel.map(str::to_owned),
+            start_s: clock.absolute(0),
+            end_s: clock.absolute(log.rows.saturating_sub(1)),
+            count: log.rows as u64,
+            text,
+        });
+    };
+    for (channel, own) in log.layout.channels.iter().zip(&health.channels) {
+        if is_sensor(channel.quantity)
+            && let Some(text) = channel::quantization(own.sigma_w, own.lsb)
+        {
+            push(IssueKind::Quantization, Some(&own.name), text);
+        }
+    }
+    if !options.moving
+        && let Some(text) = channel::units(channel::lengths(log, &rows))
+    {
+        push(IssueKind::Units, None, text);
+    }
+    if let Some(text) = short(log.rows as u64, health.duration_s) {
+        push(IssueKind::Short, None, text);
+    }
+    if !options.moving {
+        for (channel, own) in log.layout.channels.iter().zip(&health.channels) {
+            if is_sensor(channel.quantity) {
+                channel::non_stationary_issues(own, &clock, &mut whole);
+            }
+        }
+    }
+    found.extend(whole.into_iter().map(|i| Found::event(i, rows.clone())));
+    let mut listing = Listing::default();
+    listing.add(sound(found), health.dt_s);
+    health.issues = listing.finish(health.first_s);
     Ok(health)
 }
 
 /// The error of a log without numbers.
-pub fn no_numbers() -> Error {
+fn no_numbers() -> Error {
     Error::data("the log holds no numbers: every value is NaN or infinite")
         .advise("look at what recorded it")
 }
 
-/// Checks a part of a log: as [`check`], with every finding by itself, and with numbers or without.
-///
-/// # Errors
-/// Stamps that never advance, and no rate.
-pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a>, Error> {
-    let clock = time::Clock::of(log)?;
+/// Whether a channel's values are those of a sensor's axis.
+fn is_sensor(quantity: Quantity) -> bool {
+    !matches!(quantity, Quantity::Other | Quantity::Temperature)
+}
+
+/// Findings that concern samples, each with its start before its end.
+fn sound(mut found: Vec<Found>) -> Vec<Found> {
+    found.retain(|f| f.issue.count > 0);
+    // Where time goes back the last row need not be the latest.
+    for Found { issue: i, .. } in found.iter_mut().filter(|f| f.issue.end_s < f.issue.start_s) {
+        (i.start_s, i.end_s) = (i.end_s, i.start_s);
+    }
+    found
+}
+
+/// What can be told without the rest of the log: the channels, and every finding that is one of places; `own` are the rows
+/// that count, `known_s` is the interval where the stamps may not tell it.
+fn look<'a>(
+    log: &'a Log,
+    options: &HealthOptions,
+    own: &Range<usize>,
+    known_s: Option<f64>,
+) -> Result<(Health<'a>, Vec<Found>, Clock<'a>), Error> {
+    let clock = Clock::of_section(log, known_s)?;
     let dt = clock.dt_s;
     let mut issues = time::issues(&clock, &clean::gaps(&clock));
     let grid = clean::Grid::of(&clock);
@@ -159,7 +218,8 @@ pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a
         let values = thin.as_ref().map_or(all, |t| t.values.as_slice());
         let facts = channel::Facts::of(values);
         if let Some(thin) = &thin {
-            thin::remark(&channel.name, thin, &clock, (&mut thinned, &mut notes));
+            let told = (&mut thinned, &mut notes);
+            thin::remark(&channel.name, thin, (&clock, own), told);
             channel::lost_issues(&channel.name, thin, &clock, &mut issues);
         } else {
             channel::nan_issues(&channel.name, values, &clock, &facts, &mut issues);
@@ -168,9 +228,7 @@ pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a
             Some(thin) => thin.rows_of(range),
             None => range.clone(),
         };
-        let runs = if matches!(channel.quantity, Quantity::Other | Quantity::Temperature) {
-            Vec::new()
-        } else {
+        let runs = if is_sensor(channel.quantity) {
             let range = match channel.quantity {
                 Quantity::AngularRate => options.gyro_range_rad_s,
                 Quantity::SpecificForce => options.accel_range_m_s2,
@@ -180,12 +238,14 @@ pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a
                 name: &channel.name,
                 clock: &clock,
                 rows: &rows,
+                is_part: *own != (0..log.rows),
             };
             channel::saturation_issues(&place, values, &facts, range, &mut issues);
             let runs = channel::stuck_runs(values);
             channel::stuck_issues(&place, values.len(), &runs, &mut issues);
-            channel::quantization_issue(&channel.name, &clock, &facts, &mut issues);
             runs.iter().map(rows).collect()
+        } else {
+            Vec::new()
         };
         stuck.push(runs);
         channels.push(ChannelHealth {
@@ -206,9 +266,6 @@ pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a
         });
         thins.push(thin);
     }
-    if !options.moving {
-        channel::units_issues(log, &clock, &mut issues);
-    }
     let motion = if options.moving {
         Vec::new()
     } else {
@@ -227,31 +284,18 @@ pub fn check_part<'a>(log: &'a Log, options: &HealthOptions) -> Result<Health<'a
         if numbers < FEWEST_NUMBERS {
             health.quiet.clear();
         }
-        let is_sensor = !matches!(
-            Quantity::of(&health.name),
-            Quantity::Other | Quantity::Temperature
-        );
-        if is_sensor && !options.moving {
-            channel::non_stationary_issues(health, &clock, &mut issues);
-        }
-    }
-    let ends_s = [0, log.rows.saturating_sub(1)].map(|row| clock.absolute(row));
-    issues.extend(short(log.rows, clock.duration_s(), ends_s.into()));
-    issues.retain(|i| i.count > 0);
-    // Where time goes back the last row need not be the latest.
-    for i in issues.iter_mut().filter(|i| i.end_s < i.start_s) {
-        (i.start_s, i.end_s) = (i.end_s, i.start_s);
     }
     issues.append(&mut thinned);
-    Ok(Health {
+    let health = Health {
         dt_s: dt,
         first_s: clock.absolute(0),
         duration_s: clock.duration_s(),
         stamp_step_s: clock.beat.grid_s,
-        issues,
+        issues: Vec::new(),
         channels,
         notes,
-    })
+    };
+    Ok((health, issues, clock))
 }
 
 /// Rows in which the sensor was moved.
@@ -273,9 +317,12 @@ pub fn moved(log: &Log) -> Result<Vec<Moved>, Error> {
     let clock = time::Clock::of(log)?;
     let stuck: Vec<Vec<Range<usize>>> = log
         .channels()
-        .map(|(channel, values)| match channel.quantity {
-            Quantity::Other | Quantity::Temperature => Vec::new(),
-            _ => channel::stuck_runs(values),
+        .map(|(channel, values)| {
+            if is_sensor(channel.quantity) {
+                channel::stuck_runs(values)
+            } else {
+                Vec::new()
+            }
         })
         .collect();
     Ok(motion::intervals(log, &clock, &stuck)
@@ -291,118 +338,18 @@ pub fn moved(log: &Log) -> Result<Vec<Moved>, Error> {
 /// Fewer numbers than this give no parameters.
 const FEWEST_NUMBERS: usize = 64;
 
-/// The finding of a log that is short as a whole; `ends_s` are the times of its first and last sample.
-pub fn short(rows: usize, span_s: f64, ends_s: (f64, f64)) -> Option<Issue> {
-    let text = if rows < FEWEST_NUMBERS {
-        format!("{rows} samples: no parameters from fewer than {FEWEST_NUMBERS}")
+/// What is said of a log that is short as a whole.
+fn short(rows: u64, span_s: f64) -> Option<String> {
+    if rows < FEWEST_NUMBERS as u64 {
+        Some(format!(
+            "{rows} samples: no parameters from fewer than {FEWEST_NUMBERS}"
+        ))
     } else if span_s < 100.0 {
-        format!("{span_s:.3} s: bias instability, walks and ramps only as upper limits under 100 s")
+        Some(format!(
+            "{span_s:.3} s: bias instability, walks and ramps only as upper limits under 100 s"
+        ))
     } else {
-        return None;
-    };
-    Some(Issue {
-        kind: IssueKind::Short,
-        channel: None,
-        start_s: ends_s.0,
-        end_s: ends_s.1,
-        count: rows as u64,
-        text,
-    })
-}
-
-/// Findings as they are listed: neighbors joined, at most 100 of a kind, by kind, channel and time.
-pub fn listed(issues: Vec<Issue>, dt_s: f64, first_s: f64) -> Vec<Issue> {
-    // What is said of a channel as a whole is no neighbor of what is lost in places.
-    let (whole, issues) = issues.into_iter().partition(thin::is_thin);
-    let mut out = limit(&merge(issues, dt_s), first_s);
-    for own in thin::joined(whole) {
-        let place = (own.kind, own.channel.clone());
-        let at = out.partition_point(|i| (i.kind, &i.channel) < (place.0, &place.1));
-        out.insert(at, own);
-    }
-    out
-}
-
-/// Neighbors of one kind and channel, less than 1 s or 10 samples apart, become one.
-fn merge(mut issues: Vec<Issue>, dt_s: f64) -> Vec<Issue> {
-    issues.sort_by(|a, b| {
-        (a.kind, &a.channel)
-            .cmp(&(b.kind, &b.channel))
-            .then(a.start_s.total_cmp(&b.start_s))
-    });
-    let near = (10.0 * dt_s).max(1.0);
-    let mut out: Vec<Issue> = Vec::with_capacity(issues.len());
-    let mut merged = 1_u64;
-    for issue in issues {
-        match out.last_mut() {
-            Some(last)
-                if last.kind == issue.kind
-                    && last.channel == issue.channel
-                    && issue.start_s - last.end_s < near =>
-            {
-                last.end_s = last.end_s.max(issue.end_s);
-                last.count += issue.count;
-                merged += 1;
-                last.text = match (last.kind, last.channel.as_deref()) {
-                    (IssueKind::Gap, _) => format!("{} samples lost in {merged} gaps", last.count),
-                    (IssueKind::Duplicate, _) => {
-                        format!("{} stamps equal to the one before; dropped", last.count)
-                    }
-                    (IssueKind::Nan, Some("time")) => {
-                        format!(
-                            "{} stamps are no numbers; taken as equally spaced",
-                            last.count
-                        )
-                    }
-                    (IssueKind::Nan, _) => format!("{} samples are no numbers", last.count),
-                    _ => std::mem::take(&mut last.text),
-                };
-            }
-            _ => {
-                merged = 1;
-                out.push(issue);
-            }
-        }
-    }
-    out
-}
-
-/// At most [`MOST_OF_A_KIND`] of a kind, shared among its channels so that each is named.
-fn limit(issues: &[Issue], first_s: f64) -> Vec<Issue> {
-    let mut out: Vec<Issue> = Vec::with_capacity(issues.len());
-    // Sorted by kind and channel.
-    for of_kind in issues.chunk_by(|a, b| a.kind == b.kind) {
-        let channels: Vec<&[Issue]> = of_kind.chunk_by(|a, b| a.channel == b.channel).collect();
-        let mut counts: Vec<usize> = channels.iter().map(|c| c.len()).collect();
-        counts.sort_unstable();
-        // Channels with few findings leave their share to the others.
-        let (mut room, mut share) = (MOST_OF_A_KIND, usize::MAX);
-        for (k, &count) in counts.iter().enumerate() {
-            let each = (room / (counts.len() - k)).max(1);
-            if count > each {
-                share = each;
-                break;
-            }
-            room = room.saturating_sub(count);
-        }
-        for channel in channels {
-            let listed = channel.len().min(share);
-            let (shown, rest) = channel.split_at(listed);
-            out.extend_from_slice(shown);
-            let end_s = rest.iter().map(|i| i.end_s - first_s).fold(0.0, f64::max);
-            say_more(&mut out, (rest.len(), end_s));
-        }
-    }
-    out
-}
-
-fn say_more(out: &mut [Issue], (more, end_s): (usize, f64)) {
-    if let (Some(last), true) = (out.last_mut(), more > 0) {
-        use std::fmt::Write as _;
-        let _ = write!(
-            last.text,
-            "; and {more} more of this kind up to {end_s:.3} s"
-        );
+        None
     }
 }
 

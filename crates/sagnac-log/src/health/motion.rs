@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::found::{Found, Said};
 use super::robust;
 use super::time::Clock;
 
@@ -273,20 +274,21 @@ fn level(means: &[f64], blocks: Range<usize>) -> Option<f64> {
 }
 
 /// The findings of motion.
-pub(crate) fn issues(motion: &[Motion], clock: &Clock<'_>, issues: &mut Vec<Issue>) {
+pub(super) fn issues(motion: &[Motion], clock: &Clock<'_>, issues: &mut Vec<Found>) {
     for m in motion {
         let others = if m.channels.len() > 1 {
             format!(", seen on {}", m.channels.join(", "))
         } else {
             String::new()
         };
-        issues.push(Issue {
+        let issue = Issue {
             kind: IssueKind::Motion,
             channel: (m.channels.len() == 1).then(|| m.channels[0].clone()),
             start_s: clock.absolute(m.rows.start),
             end_s: clock.absolute(m.rows.end.saturating_sub(1)),
             count: m.rows.len() as u64,
             text: format!("{}{others}; left out of the parameters", m.text),
-        });
+        };
+        issues.push(Found::run(issue, m.rows.clone(), Said::Once));
     }
 }

@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use super::found::Found;
 use super::time::Clock;
 use crate::{Issue, IssueKind};
 
@@ -159,27 +160,32 @@ const ENDS: &str = " rows have none";
 pub(super) fn remark(
     name: &str,
     thin: &Thin,
-    clock: &Clock<'_>,
-    (own, notes): (&mut Vec<Issue>, &mut Vec<String>),
+    (clock, own): (&Clock<'_>, &Range<usize>),
+    (issues, notes): (&mut Vec<Found>, &mut Vec<String>),
 ) {
     let every = ordinal(thin.every);
     if thin.is_joined {
         notes.push(format!("{name}: {BEGINS}{every} row, joined by lines"));
         return;
     }
-    let rows = clock.log.rows;
-    let lost: usize = thin.lost().map(|l| l.1).sum();
-    let empty = (rows - thin.rows.len()).saturating_sub(lost);
+    let is_own = |row: &&usize| own.contains(row);
+    let lost: usize = thin
+        .lost()
+        .filter(|(rows, _)| own.contains(&(rows.end - 1)))
+        .map(|l| l.1)
+        .sum();
+    let empty = (own.len() - thin.rows.iter().filter(is_own).count()).saturating_sub(lost);
     let rate = format!("{:.6}", 1.0 / (clock.dt_s * thin.every as f64));
     let rate = rate.trim_end_matches('0').trim_end_matches('.');
-    own.push(Issue {
+    let issue = Issue {
         kind: IssueKind::Nan,
         channel: Some(name.to_owned()),
-        start_s: clock.absolute(0),
-        end_s: clock.absolute(rows.saturating_sub(1)),
+        start_s: clock.absolute(own.start),
+        end_s: clock.absolute(own.end.saturating_sub(1)),
         count: empty as u64,
         text: format!("{BEGINS}{every} row alone, taken at {rate} Hz; {empty}{ENDS}"),
-    });
+    };
+    issues.push(Found::event(issue, own.clone()));
 }
 
 /// Whether a finding is that of a channel with a value in every k-th row.
@@ -187,21 +193,17 @@ pub(super) fn is_thin(issue: &Issue) -> bool {
     issue.text.starts_with(BEGINS) && issue.text.ends_with(ENDS)
 }
 
-/// One such finding a channel; parts of a log find it again and again.
-pub(super) fn joined(issues: Vec<Issue>) -> Vec<Issue> {
-    let mut out: Vec<Issue> = Vec::new();
-    for issue in issues {
-        let Some(known) = out.iter_mut().find(|o| o.channel == issue.channel) else {
-            out.push(issue);
-            continue;
-        };
-        known.end_s = known.end_s.max(issue.end_s);
-        known.count += issue.count;
-        if let Some((begin, _)) = known.text.rsplit_once("; ") {
-            known.text = format!("{begin}; {}{ENDS}", known.count);
-        }
+/// Adds such a finding to those of other channels, or to that of its own channel in the sections before.
+pub(super) fn join(known: &mut Vec<Issue>, issue: Issue) {
+    let Some(known) = known.iter_mut().find(|o| o.channel == issue.channel) else {
+        known.push(issue);
+        return;
+    };
+    known.end_s = known.end_s.max(issue.end_s);
+    known.count += issue.count;
+    if let Some((begin, _)) = known.text.rsplit_once("; ") {
+        known.text = format!("{begin}; {}{ENDS}", known.count);
     }
-    out
 }
 
 fn ordinal(n: usize) -> String {

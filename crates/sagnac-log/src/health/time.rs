@@ -4,6 +4,7 @@
 //! less k·dt have to stay away.
 
 use super::clean::Gap;
+use super::found::{Found, Said};
 use crate::beat::{Beat, Event, SCATTERED};
 use crate::{Error, Issue, IssueKind, Log, Stamp};
 
@@ -18,10 +19,16 @@ pub(crate) struct Clock<'a> {
 
 impl<'a> Clock<'a> {
     pub(crate) fn of(log: &'a Log) -> Result<Self, Error> {
+        Self::of_section(log, None)
+    }
+
+    /// The clock of a section whose stamps may never advance; `known_s` is the interval of the sections before.
+    pub(super) fn of_section(log: &'a Log, known_s: Option<f64>) -> Result<Self, Error> {
         let beat = Beat::of(log);
+        let own = log.dt_of(&beat);
         let mut clock = Self {
             log,
-            dt_s: log.dt_of(&beat)?,
+            dt_s: own.or_else(|error| known_s.ok_or(error))?,
             beat,
             origin: 0,
         };
@@ -73,40 +80,50 @@ impl<'a> Clock<'a> {
     }
 
     pub(crate) fn duration_s(&self) -> f64 {
-        let last = self.log.rows.saturating_sub(1);
         if self.log.stamps.is_empty() || self.log.layout.rate_hz.is_some() {
             return self.log.rows as f64 * self.dt_s;
         }
+        self.span_s(0, self.log.rows.saturating_sub(1)) + self.dt_s
+    }
+
+    /// Time from row `from` to row `to`.
+    pub(super) fn span_s(&self, from: usize, to: usize) -> f64 {
+        if self.log.stamps.is_empty() || self.log.layout.rate_hz.is_some() {
+            return (to - from) as f64 * self.dt_s;
+        }
         // What lies between jumps back adds up, each stretch with its own last interval.
-        let mut start = 0;
+        let mut start = from;
         let mut span_s = 0.0;
         // Stamps that scatter may go back by less than an interval: the stretch goes on.
         let back = |e: &&(usize, Event)| {
             e.1 == Event::Backwards && self.seconds(e.0 - 1) - self.seconds(e.0) > self.dt_s
         };
-        for row in self.beat.events.iter().filter(back).map(|e| e.0) {
+        let inside = |row: &usize| (from + 1..=to).contains(row);
+        let rows = self.beat.events.iter().filter(back).map(|e| e.0);
+        for row in rows.filter(inside) {
             span_s += self.seconds(row - 1) - self.seconds(start) + self.dt_s;
             start = row;
         }
-        span_s + self.seconds(last) - self.seconds(start) + self.dt_s
+        span_s + self.seconds(to) - self.seconds(start)
     }
 }
 
 /// The findings about time; `gaps` says what becomes of each gap.
-pub(crate) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Issue> {
+pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Found> {
     let mut out = Vec::new();
     let mut gaps = gaps.iter();
     let last = clock.log.rows.saturating_sub(1);
+    let issue = |kind, from: usize, to: usize, count, text| Issue {
+        kind,
+        channel: Some("time".to_owned()),
+        start_s: clock.absolute(from),
+        end_s: clock.absolute(to),
+        count,
+        text,
+    };
     let mut push = |kind, from: usize, to: usize, count, text| {
-        let (start_s, end_s) = (clock.absolute(from), clock.absolute(to));
-        out.push(Issue {
-            kind,
-            channel: Some("time".to_owned()),
-            start_s,
-            end_s,
-            count,
-            text,
-        });
+        let issue = issue(kind, from, to, count, text);
+        out.push(Found::event(issue, from..to + 1));
     };
     for &(row, event) in &clock.beat.events {
         match event {
@@ -141,28 +158,6 @@ pub(crate) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Issue> {
             }
         }
     }
-    if clock.beat.dt_s.is_none() && last > 0 && clock.counts(last) {
-        let text = "time never advances: the rate that was given counts, nothing is dropped";
-        push(IssueKind::Duplicate, 0, last, last as u64, text.to_owned());
-    }
-    let is_none = |row: &usize| {
-        let stamp = clock.log.stamps.get(*row);
-        stamp.is_some_and(|t| !t.seconds().is_finite())
-    };
-    let none: Vec<usize> = (0..clock.log.rows).filter(is_none).collect();
-    for run in none.chunk_by(|a, b| a + 1 == *b) {
-        let text = match run.len() {
-            1 => "the stamp is no number; taken as equally spaced".to_owned(),
-            n => format!("{n} stamps are no numbers; taken as equally spaced"),
-        };
-        push(
-            IssueKind::Nan,
-            run[0],
-            run[run.len() - 1],
-            run.len() as u64,
-            text,
-        );
-    }
     for &(row, turn) in &clock.beat.wraps {
         let unit = clock.log.layout.time_unit_s.unwrap_or(0.0);
         let text = format!("the counter wraps at 2^32 of {unit:e} s ({turn:.6} s); undone");
@@ -183,6 +178,21 @@ pub(crate) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Issue> {
         );
         push(kind, row, row, 1, text);
     }
+    if clock.beat.dt_s.is_none() && last > 0 && clock.counts(last) {
+        let text = "time never advances: the rate that was given counts, nothing is dropped";
+        let never = issue(IssueKind::Duplicate, 0, last, last as u64, text.to_owned());
+        out.push(Found::run(never, 0..last + 1, Said::Once));
+    }
+    let is_none = |row: &usize| {
+        let stamp = clock.log.stamps.get(*row);
+        stamp.is_some_and(|t| !t.seconds().is_finite())
+    };
+    let none: Vec<usize> = (0..clock.log.rows).filter(is_none).collect();
+    for run in none.chunk_by(|a, b| a + 1 == *b) {
+        let (from, to, count) = (run[0], run[run.len() - 1], run.len() as u64);
+        let none = issue(IssueKind::Nan, from, to, count, no_stamps(count));
+        out.push(Found::run(none, from..to + 1, Said::Count(no_stamps)));
+    }
     if let Some((many, scatter)) = clock.beat.jitter {
         // Scatter concerns every row, steps that are far off themselves alone.
         let count = if scatter > SCATTERED {
@@ -190,11 +200,27 @@ pub(crate) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Issue> {
         } else {
             many.max(1)
         };
-        let text = format!(
-            "steps scatter by {:.1} % of dt, {many} are off by more than 20 %; taken as equally spaced",
-            100.0 * scatter
-        );
-        push(IssueKind::Jitter, 0, last, count, text);
+        let uneven = issue(IssueKind::Jitter, 0, last, count, uneven(many, scatter));
+        out.push(Found::run(
+            uneven,
+            0..last + 1,
+            Said::Jitter { many, scatter },
+        ));
     }
     out
+}
+
+fn no_stamps(count: u64) -> String {
+    match count {
+        1 => "the stamp is no number; taken as equally spaced".to_owned(),
+        n => format!("{n} stamps are no numbers; taken as equally spaced"),
+    }
+}
+
+/// What is said of an uneven clock.
+pub(super) fn uneven(many: u64, scatter: f64) -> String {
+    format!(
+        "steps scatter by {:.1} % of dt, {many} are off by more than 20 %; taken as equally spaced",
+        100.0 * scatter
+    )
 }

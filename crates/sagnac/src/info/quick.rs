@@ -7,6 +7,15 @@ use sagnac_log::{Issue, IssueKind, Log, Quantity};
 /// Samples that the quick fit looks at.
 const MOST: usize = 1 << 20;
 
+/// Samples of the axis that has most, as far as the quick fit looks at them.
+pub(super) fn samples(health: &Health<'_>) -> usize {
+    let of = health.channels.iter().map(|h| {
+        let quiet = h.quiet.iter().map(|s| s.range.len());
+        quiet.sum::<usize>().min(MOST)
+    });
+    of.max().unwrap_or(0)
+}
+
 pub(super) fn issues(log: &Log, health: &Health<'_>) -> Vec<Issue> {
     let mut out = Vec::new();
     let mut gyro_means = Vec::new();
