@@ -110,6 +110,11 @@ SETS = {
         "NK_sine_0": (H, {"N": 1, "K": 0.05, "temperature": ("sine", 0, 0)}),
         "NK_walk_0": (H, {"N": 1, "K": 0.05, "temperature": ("walk", 0, 0)}),
     },
+    # Flicker that stands clear beside a walk that is seldom named, and the other way round.
+    "unnamed": {
+        "NBK_unnamed": ((60_000, 0.04), {"N": 1, "B": 0.444, "K": 0.0556}),
+        "NBK_beside": (H, {"N": 1, "B": 0.5, "K": 0.06}),
+    },
     # Two lines 1, 1.44, 2, 7.2 and 21.6 times 1/T apart, and harmonics.
     "lines": {
         "line_1": (H, {"N": 1, "line": [(0.3, 3.0), (0.3, 3.0 + 1 / 3600)]}),

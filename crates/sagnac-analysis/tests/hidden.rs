@@ -4,7 +4,7 @@
 mod common;
 
 use common::noise;
-use sagnac_analysis::fit::AxisEstimate;
+use sagnac_analysis::fit::{AxisEstimate, Term};
 
 const STEP_S: f64 = 0.1;
 const SAMPLES: usize = 72_000;
@@ -94,4 +94,55 @@ fn a_process_keeps_its_time_where_another_may_stand_for_flicker() {
             "axis {i}: {times:?}"
         );
     }
+}
+
+#[test]
+fn intervals_of_flicker_hold_beside_a_walk_that_is_not_named() {
+    let mut seed = 8500;
+    let (mut inside, mut alone) = (0, 0);
+    for _ in 0..150 {
+        let mut samples = white_and_flicker(0.35, &mut seed);
+        let mut bias = 0.0;
+        for y in &mut samples {
+            let (half, rest) = (0.5 * noise(&mut seed), noise(&mut seed) / 12_f64.sqrt());
+            *y += bias + 0.02 * STEP_S.sqrt() * (half + rest);
+            bias += 0.04 * STEP_S.sqrt() * half;
+        }
+        let found = of(&samples);
+        if found.flicker.is_detected() && !found.random_walk.is_detected() {
+            alone += 1;
+            let (lower, upper) = (found.flicker.lower.unwrap(), found.flicker.upper.unwrap());
+            inside += usize::from(lower < 0.35 && 0.35 < upper);
+        }
+    }
+    // Without the fit that has a walk they hold in four of five.
+    assert!(
+        alone > 40 && 100 * inside >= 90 * alone,
+        "{inside} of {alone}"
+    );
+}
+
+#[test]
+fn the_mean_is_as_uncertain_as_the_slower_of_two_rivals() {
+    let mut seed = 8700;
+    let (mut rivals, mut others) = (Vec::new(), Vec::new());
+    for _ in 0..60 {
+        let found = of(&white_and_flicker(0.15, &mut seed));
+        let sigma = found.mean.sigma.unwrap();
+        if found.confused.contains(&(Term::Flicker, Term::GaussMarkov)) {
+            rivals.push(sigma);
+        } else if found.flicker.is_detected() {
+            others.push(sigma);
+        }
+    }
+    others.sort_by(f64::total_cmp);
+    let least = rivals.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(
+        rivals.len() > 3 && others.len() > 10,
+        "{} {}",
+        rivals.len(),
+        others.len()
+    );
+    // Of the process alone it is a tenth.
+    assert!(least > 0.4 * others[others.len() / 2], "{least} {others:?}");
 }

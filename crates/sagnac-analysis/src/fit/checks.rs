@@ -7,8 +7,9 @@ use super::coarse::is_coarse;
 use super::estimate::{Active, ActiveKind, Work};
 use super::fill::FittedSpectrum;
 use super::goodness;
-use super::likelihood::{Free, N, Problem, Solution};
+use super::likelihood::{B, FIRST_GM, Free, K, N, Parameters, Problem, Solution};
 use super::select;
+use super::steps;
 use super::types::{AxisData, Candidates, Finding, FindingKind, Segment, SinusoidEstimate};
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
@@ -184,6 +185,9 @@ pub(super) struct StepPlaces {
     pub choice: f64,
 }
 
+/// Score of a step against the fitted noise from which it is worth a fit.
+const WORTH_A_FIT: f64 = 9.0;
+
 /// The likeliest places of a step, where its score against the fitted noise is worth a fit.
 pub(super) fn find_step(
     work: &Work,
@@ -191,9 +195,63 @@ pub(super) fn find_step(
     active: &[Active],
     now: &Solution,
 ) -> Option<StepPlaces> {
-    let mut best: Option<(f64, usize, usize)> = None;
-    // Scores of all places, with the samples that each stands for.
-    let mut scores: Vec<(f64, f64)> = Vec::new();
+    let scores = step_scores(work, active, now, &now.parameters);
+    let best = scores.iter().max_by(|a, b| a.value.total_cmp(&b.value))?;
+    if best.value <= WORTH_A_FIT {
+        return None;
+    }
+    let (s, at) = best.place;
+    let (sum, weight) = scores.iter().fold((0.0, 0.0), |(sum, weight), score| {
+        let likelihood = (0.5 * (score.value - best.value)).exp();
+        (sum + score.samples * likelihood, weight + score.samples)
+    });
+    Some(StepPlaces {
+        places: [
+            (s, at),
+            (
+                s,
+                sharpen(work, &segments[s], (s, at), near(work, (s, at)), now),
+            ),
+        ],
+        choice: 2.0 * (sum / weight).ln(),
+    })
+}
+
+/// When a step took place, from the log's start, that beside the fast terms of `now` alone explains the log as well as its
+/// slow terms do (2 Δ ln L `slow`).
+pub(super) fn step_instead(
+    work: &Work,
+    active: &[Active],
+    now: &Solution,
+    slow: f64,
+) -> Option<f64> {
+    let mut fast = now.parameters;
+    for k in [B, K, FIRST_GM, FIRST_GM + 2] {
+        fast[k] = 0.0;
+    }
+    let scores = step_scores(work, active, now, &fast);
+    let best = scores.iter().max_by(|a, b| a.value.total_cmp(&b.value))?;
+    let (s, at) = best.place;
+    (best.value >= slow).then_some(work.segments[s].start_s + at as f64 * work.step_s)
+}
+
+/// What a step at a place adds.
+struct StepScore {
+    /// 2 Δ ln L given the noise.
+    value: f64,
+    place: steps::Place,
+    /// Samples that the place stands for.
+    samples: f64,
+}
+
+/// The score of a step at every place, with the noise of these parameters.
+fn step_scores(
+    work: &Work,
+    active: &[Active],
+    now: &Solution,
+    parameters: &Parameters,
+) -> Vec<StepScore> {
+    let mut scores = Vec::new();
     let mut planner = RealFftPlanner::new();
     for (s, segment) in work.segments.iter().enumerate() {
         let n = segment.n;
@@ -202,7 +260,7 @@ pub(super) fn find_step(
             continue;
         }
         let reach = STEP_PLACES.min(n);
-        let fitted = work.fitted(&now.parameters);
+        let fitted = work.fitted(parameters);
         let spectrum: Vec<f64> = (0..reach)
             .map(|j| {
                 if j == 0 {
@@ -254,28 +312,13 @@ pub(super) fn find_step(
         };
         let first = (edge * places).div_ceil(n).max(1);
         let end = places - first;
-        for place in first..end {
-            let value = score(place);
-            scores.push((value, n as f64 / places as f64));
-            if value > 9.0 && best.is_none_or(|b| value > b.0) {
-                best = Some((value, s, place * n / places));
-            }
-        }
+        scores.extend((first..end).map(|place| StepScore {
+            value: score(place),
+            place: (s, place * n / places),
+            samples: n as f64 / places as f64,
+        }));
     }
-    let (largest, s, at) = best?;
-    let (sum, weight) = scores.iter().fold((0.0, 0.0), |(sum, weight), (value, w)| {
-        (sum + w * (0.5 * (value - largest)).exp(), weight + w)
-    });
-    Some(StepPlaces {
-        places: [
-            (s, at),
-            (
-                s,
-                sharpen(work, &segments[s], (s, at), near(work, (s, at)), now),
-            ),
-        ],
-        choice: 2.0 * (sum / weight).ln(),
-    })
+    scores
 }
 
 /// The samples that one of the places searched stands for.

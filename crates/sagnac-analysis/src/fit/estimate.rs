@@ -15,11 +15,11 @@ use super::likelihood::{B, Free, K, N, Parameters, Problem, Q, Solution};
 use super::lines::{self, Line, LocalNoise};
 use super::profile;
 use super::results::{
-    Units, beside_columns, beside_flicker, beside_quantization, coefficients_below_corner,
-    describe, gauss_markov_estimates, interval, limit, named_covariance, ramp, spectrum_bins,
-    weak_interval, widened,
+    Units, beside_columns, coefficients_below_corner, describe, gauss_markov_estimates,
+    named_covariance, ramp, spectrum_bins,
 };
 use super::select;
+use super::singles::Tested;
 use super::sinusoids::sinusoids;
 use super::steps::{self, Steps};
 use super::transform::transform;
@@ -27,6 +27,7 @@ use super::types::{
     AxisData, AxisEstimate, Candidates, Covariance, Estimate, Finding, FindingKind, FitOptions,
     GaussMarkovEstimate, NoiseTerms, Segment,
 };
+use std::cell::LazyCell;
 
 const MOST_LINES: usize = 24;
 /// Below this duration B, K, R and Gauss–Markov terms are bounded only.
@@ -34,6 +35,8 @@ pub(super) const SHORT_S: f64 = 100.0;
 /// Likelihood ratio from which a B or K with too few coefficients is told of: 0.1 % of absent ones reach it. Below, it is
 /// not seen at all, and its limit stands as that of any other.
 const NAMED_RATIO: f64 = 9.5;
+/// The same of all slow terms together, where each alone leaves the others what it explains.
+const CERTAIN_RATIO: f64 = 25.0;
 /// Fewest samples that give parameters.
 const FEWEST: usize = 64;
 
@@ -423,6 +426,22 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     }
     // Terms that pass but that so few coefficients or so coarse steps cannot carry: bounded only.
     let mut bounded = [false; 4];
+    // Slow terms that are there for certain, and would each do, may be none of them.
+    let slow = LazyCell::new(|| tests.ratio_of_slow(&problem));
+    let instead = || {
+        (*slow >= CERTAIN_RATIO)
+            .then(|| checks::step_instead(&work, &active, &best, *slow))
+            .flatten()
+            .map(|time_s| format!("; one step at {time_s:.1} s would do as well"))
+    };
+    if tests.confused
+        && let Some(instead) = instead()
+    {
+        let text = format!(
+            "flicker noise and random walk cannot be told apart: both are bounded only{instead}"
+        );
+        findings.push(whole_log(FindingKind::Short, None, text));
+    }
     for k in [B, K] {
         if !tests.passed[k] || tests.is_confused(k) {
             continue;
@@ -430,17 +449,17 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         let few = coefficients_below_corner(&problem, &best.parameters, k);
         if short || few < 10.0 {
             bounded[k] = true;
-            if !short && tests.ratios[k] >= NAMED_RATIO {
+            if !short && (tests.ratios[k] >= NAMED_RATIO || *slow >= CERTAIN_RATIO) {
                 let name = if k == B {
                     "flicker noise"
                 } else {
                     "random walk"
                 };
-                findings.push(whole_log(
-                    FindingKind::Short,
-                    Some(few),
-                    format!("{few:.0} coefficients below its corner are too few for {name}: bounded only"),
-                ));
+                let text = format!(
+                    "{few:.0} coefficients below its corner are too few for {name}: bounded only{}",
+                    instead().unwrap_or_default()
+                );
+                findings.push(whole_log(FindingKind::Short, Some(few), text));
             }
         }
     }
@@ -459,7 +478,6 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         candidates.flicker,
         candidates.random_walk,
     ];
-    let mut single = [Estimate::ABSENT; 4];
     let mut covariance = profile::covariance(&problem, &best, &free);
     let quantization = cumulant::apply(
         &mut covariance,
@@ -467,55 +485,24 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         cumulant::excess(data.segments, best.parameters[Q] * work.scale * work.scale),
         work.samples - work.filled,
     );
-    // Where two rivals are not told apart the intervals of the other terms hold with either.
     let alternative = tests.alternative(&problem, &candidates);
-    let with_either = |own: Estimate, k: usize| match &alternative {
-        Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
-            let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));
-            widened(own, &other)
-        }
-        _ => own,
+    let tested = Tested {
+        problem: &problem,
+        tests: &tests,
+        best: &best,
+        free: &free,
+        covariance: covariance.as_ref(),
+        alternative: alternative.as_ref(),
+        units: &units,
     };
-    for k in 0..4 {
-        if !allowed[k] {
-            continue;
-        }
-        let confused = tests.is_confused(k);
-        single[k] = if tests.passed[k] && !bounded[k] && !confused && best.parameters[k] > 0.0 {
-            let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
-                units.root(k, v)
-            });
-            let own = with_either(weak_interval(&problem, &tests, &free, k, own, &units), k);
-            let own = if k == N {
-                let own = beside_flicker(&problem, &tests, &best, &free, own, &units);
-                beside_quantization(&problem, &tests, &best, &free, own, &units)
-            } else {
-                own
-            };
-            if k == Q {
-                cumulant::narrowed(own, quantization)
-            } else {
-                own
-            }
-        } else {
-            Estimate::limit(units.root(k, limit(&problem, &tests, k)))
-        };
-    }
+    let mut single = tested.singles(allowed, bounded, quantization);
     let mut gauss_markov = if options.candidates.gauss_markov == 0 || short && work.samples < 160 {
         vec![GaussMarkovEstimate {
             sigma: Estimate::ABSENT,
             correlation_time_s: Estimate::ABSENT,
         }]
     } else {
-        gauss_markov_estimates(
-            &problem,
-            &tests,
-            &best,
-            &free,
-            covariance.as_ref(),
-            alternative.as_ref(),
-            &units,
-        )
+        gauss_markov_estimates(&tested)
     };
 
     for at in problem.surely_fast(&best, &free) {
@@ -610,7 +597,12 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         findings.push(finding);
     }
 
-    let mut variance = fitted.mean_variance(duration_s, work.step_s);
+    // Of two rivals that are not told apart the one that lets the mean scatter more counts.
+    let mut variance = alternative
+        .iter()
+        .map(|(fit, _)| units.terms(&fit.parameters))
+        .map(|other| other.mean_variance(duration_s, work.step_s))
+        .fold(fitted.mean_variance(duration_s, work.step_s), f64::max);
     if work.filled > 0 {
         // White noise of the samples that are there.
         let used_s = (work.samples - work.filled) as f64 * work.step_s;

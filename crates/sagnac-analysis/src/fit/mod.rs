@@ -32,6 +32,7 @@ mod regress;
 mod results;
 mod runs;
 mod select;
+mod singles;
 mod sinusoids;
 mod spectra;
 mod steps;

@@ -6,10 +6,10 @@ use super::estimate::{ActiveKind, Prepared, prepare};
 use super::goodness::chi_squared_tail;
 use super::likelihood::{B, K, N, Problem, Q, Solution};
 use super::profile;
-
-use super::results::{Units, gauss_markov_estimates, interval, limit, named_covariance, widened};
+use super::results::{Units, gauss_markov_estimates, named_covariance};
 use super::runs::{self, RunToRun, Slope};
 use super::select;
+use super::singles::Tested;
 use super::types::{
     AxisData, Covariance, Estimate, FitOptions, GaussMarkovEstimate, NoiseTerms, Term,
 };
@@ -91,56 +91,30 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         excess / samples.max(1) as f64,
         samples,
     );
-    // Where two rivals are not told apart the intervals of the other terms hold with either.
     let alternative = tests.alternative(&problem, &candidates);
-    let with_either = |own: Estimate, k: usize| match &alternative {
-        Some((fit, free)) if free[k] && fit.parameters[k] > 0.0 => {
-            let other = interval(&problem, fit, free, k, None, |v| units.root(k, v));
-            widened(own, &other)
-        }
-        _ => own,
-    };
     let allowed = [
         candidates.quantization,
         candidates.white,
         candidates.flicker,
         candidates.random_walk,
     ];
-    let mut single = [Estimate::ABSENT; 4];
-    for k in 0..4 {
-        if !allowed[k] {
-            continue;
-        }
-        let confused = tests.is_confused(k);
-        single[k] = if tests.passed[k] && !confused && best.parameters[k] > 0.0 {
-            let own = interval(&problem, &best, &free, k, covariance.as_ref(), |v| {
-                units.root(k, v)
-            });
-            let own = with_either(own, k);
-            if k == Q {
-                cumulant::narrowed(own, quantization)
-            } else {
-                own
-            }
-        } else {
-            Estimate::limit(units.root(k, limit(&problem, &tests, k)))
-        };
-    }
+    let tested = Tested {
+        problem: &problem,
+        tests: &tests,
+        best: &best,
+        free: &free,
+        covariance: covariance.as_ref(),
+        alternative: alternative.as_ref(),
+        units: &units,
+    };
+    let mut single = tested.singles(allowed, [false; 4], quantization);
     let mut gauss_markov = if candidates.gauss_markov == 0 {
         vec![GaussMarkovEstimate {
             sigma: Estimate::ABSENT,
             correlation_time_s: Estimate::ABSENT,
         }]
     } else {
-        gauss_markov_estimates(
-            &problem,
-            &tests,
-            &best,
-            &free,
-            covariance.as_ref(),
-            alternative.as_ref(),
-            &units,
-        )
+        gauss_markov_estimates(&tested)
     };
     // Of logs whose steps hide the noise the terms are bounded as those of one are.
     let coarse: Vec<Option<Coarse>> = prepared

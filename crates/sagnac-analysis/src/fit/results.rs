@@ -8,19 +8,11 @@ use super::estimate::{Active, ActiveKind, Work};
 use super::likelihood::{B, FIRST_GM, Free, K, N, Parameters, Problem, Q, Solution};
 use super::profile::{self, INTERVAL, LIMIT, Side};
 use super::regress;
-use super::select::{self, Tests};
+use super::select::Tests;
+use super::singles::Tested;
 use super::types::{
     Covariance, Estimate, GaussMarkovEstimate, NoiseTerms, Regressor, RegressorKind, SpectrumBin,
 };
-
-/// Likelihood ratio below which a detected B or K is weak: its interval allows for an undetected other.
-const WEAK_RATIO: f64 = 20.0;
-
-/// Level of N's profile with a free Q whose best value is zero.
-const BESIDE_NONE: f64 = 2.0;
-
-/// Growth of the variance of N by a term beside it from which its interval allows for the term.
-const MATTERS: f64 = 1.1;
 
 /// Scales from the fit's units to SI.
 pub(super) struct Units {
@@ -131,114 +123,6 @@ pub(super) fn widened(own: Estimate, other: &Estimate) -> Estimate {
     }
 }
 
-/// The interval of a weak B or K beside an undetected other: wide enough for both, the other at zero or free.
-///
-/// With both weak, what passes carries the power of what does not; its interval given only the detected terms would
-/// cover in four of five logs.
-pub(super) fn weak_interval(
-    problem: &Problem,
-    tests: &Tests,
-    free: &Free,
-    index: usize,
-    own: Estimate,
-    units: &Units,
-) -> Estimate {
-    let other = match index {
-        B => K,
-        K => B,
-        _ => return own,
-    };
-    if tests.ratios[index] >= WEAK_RATIO
-        || free[other]
-        || !tests.full_free[other]
-        || tests.full.parameters[other] <= 0.0
-    {
-        return own;
-    }
-    let (full, all) = (&tests.full, &tests.full_free);
-    let end = |side| {
-        units.root(
-            index,
-            profile::bound(problem, full, all, index, side, INTERVAL),
-        )
-    };
-    let (lower, upper) = (end(Side::Lower), end(Side::Upper));
-    Estimate {
-        lower: own.lower.map(|l| l.min(lower)),
-        upper: own.upper.map(|u| u.max(upper)),
-        ..own
-    }
-}
-
-/// The interval of N, wide enough for flicker that is possible but was taken as zero, where that makes N less certain.
-pub(super) fn beside_flicker(
-    problem: &Problem,
-    tests: &Tests,
-    best: &Solution,
-    free: &Free,
-    own: Estimate,
-    units: &Units,
-) -> Estimate {
-    let Some(with) = tests.with_possible_flicker(free) else {
-        return own;
-    };
-    let mut start = best.clone();
-    start.parameters[B] = tests.full.parameters[B];
-    let fit = problem.fit(&start.parameters, &with);
-    let spread = |solution: &Solution, free: &Free| {
-        let (indices, m) = profile::covariance(problem, solution, free)?;
-        let place = indices.iter().position(|&i| i == N)?;
-        Some(m[place * indices.len() + place])
-    };
-    match (spread(&fit, &with), spread(best, free)) {
-        (Some(wide), Some(narrow)) if wide > MATTERS * narrow && fit.parameters[B] > 0.0 => {
-            let other = interval(problem, &fit, &with, N, None, |v| units.root(N, v));
-            widened(own, &other)
-        }
-        _ => own,
-    }
-}
-
-/// The interval of N, wide enough for quantization noise that is possible but was taken as zero.
-///
-/// Q is not named below a ratio of 12, and what of it is there N takes up: up to three times N's own standard deviation.
-/// So the lower end is that of the profile with Q free, where the best Q is zero at a lower level: N scatters independently
-/// of a Q that is not there, and with `INTERVAL` on both sides its intervals would hold in more than 97.5 % without Q.
-pub(super) fn beside_quantization(
-    problem: &Problem,
-    tests: &Tests,
-    best: &Solution,
-    free: &Free,
-    own: Estimate,
-    units: &Units,
-) -> Estimate {
-    if free[Q] || !tests.full_free[Q] {
-        return own;
-    }
-    let mut with = tests.with_possible_flicker(free).unwrap_or(*free);
-    with[Q] = true;
-    let mut start = best.clone();
-    for k in [Q, B] {
-        if with[k] && !free[k] {
-            start.parameters[k] = tests.full.parameters[k];
-        }
-    }
-    let fit = problem.fit(&start.parameters, &with);
-    let level = if fit.parameters[Q] > 0.0 {
-        INTERVAL
-    } else {
-        BESIDE_NONE
-    };
-    let lower = units.root(
-        N,
-        profile::bound(problem, &fit, &with, N, Side::Lower, level),
-    );
-    Estimate {
-        lower: own.lower.map(|l| l.min(lower)),
-        ..own
-    }
-}
-
 /// The interval of K, wide enough for slow columns that are possible but were not taken in, a line and powers of the
 /// temperature: that of the restricted likelihood, in which they may have any coefficients, counts as well.
 pub(super) fn beside_columns(
@@ -270,25 +154,6 @@ fn with_columns(work: &Work, active: &[Active], more: &[Column], restricted: boo
     Problem::new(&[&log], restricted)
 }
 
-/// Profile limit of a variance with every candidate free; of a term with a rival the larger of those with and without it.
-pub(super) fn limit(problem: &Problem, tests: &Tests, index: usize) -> f64 {
-    let level = if index == B || index == K {
-        INTERVAL
-    } else {
-        LIMIT
-    };
-    let of = |solution: &Solution, free: &Free| {
-        profile::bound(problem, solution, free, index, Side::Upper, level)
-    };
-    let both = of(&tests.full, &tests.full_free);
-    if !tests.rivaled[index] {
-        return both;
-    }
-    let alone = tests.without_rival(&tests.full_free);
-    let fit = select::final_fit(problem, &tests.full, &alone);
-    both.max(of(&fit, &alone))
-}
-
 /// End of the interval of ln T_c of the process at `at`. Beyond the time of a rival the two would change places in the
 /// profile: the rival's time is held there.
 fn time_bound(
@@ -313,15 +178,16 @@ fn time_bound(
     profile::bound(problem, fit, &held, at + 1, side, INTERVAL)
 }
 
-pub(super) fn gauss_markov_estimates(
-    problem: &Problem,
-    tests: &Tests,
-    best: &Solution,
-    free: &Free,
-    covariance: Option<&(Vec<usize>, Vec<f64>)>,
-    alternative: Option<&(Solution, Free)>,
-    units: &Units,
-) -> Vec<GaussMarkovEstimate> {
+pub(super) fn gauss_markov_estimates(fit: &Tested<'_>) -> Vec<GaussMarkovEstimate> {
+    let &Tested {
+        problem,
+        tests,
+        best,
+        free,
+        covariance,
+        alternative,
+        units,
+    } = fit;
     let mut out = Vec::new();
     let fast = problem.surely_fast(best, free);
     for g in 0..tests.gauss_markov {

@@ -411,6 +411,13 @@ impl Tests {
             .then_some(FIRST_GM + 2 * self.gauss_markov - 1)
     }
 
+    /// 2 Δ ln L of flicker, random walk and processes together.
+    pub(crate) fn ratio_of_slow(&self, problem: &Problem) -> f64 {
+        let mut fast = self.full_free;
+        fast[B..].fill(false);
+        final_fit(problem, &self.full, &fast).objective - self.full.objective
+    }
+
     /// Whether flicker that is not named is likely enough to stay in the fit.
     fn flicker_stays(&self) -> bool {
         self.full.parameters[B] > 0.0 && self.ratios[B] >= STAYS

@@ -51,7 +51,8 @@ fn averages(values: &[f64], size: usize, stuck: &[Range<usize>]) -> Averages {
             scatter.push(f64::NAN);
             continue;
         }
-        let m = part.iter().sum::<f64>() / size as f64;
+        // The first value is taken out: equal values have no scatter at all.
+        let m = part[0] + part.iter().map(|v| v - part[0]).sum::<f64>() / size as f64;
         if m.is_finite() {
             mean.push(m);
             let squares = part.iter().map(|v| (v - m) * (v - m)).sum::<f64>();

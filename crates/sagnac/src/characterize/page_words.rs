@@ -1,7 +1,7 @@
 //! Words of the page: facts, what the log could not tell, the table that opens a page about several logs.
 
 use super::levels;
-use super::text::{findings, verdict};
+use super::text::{findings, rival, verdict};
 use super::{AxisOutcome, LogOutcome, key_of};
 use crate::findings::gathered;
 use sagnac_analysis::fit::{Status, Term};
@@ -10,8 +10,7 @@ use sagnac_report::html::{HtmlTable, Overview, Rich};
 use sagnac_report::plots::axis_title;
 use sagnac_report::svg::page_number;
 use sagnac_report::text::{
-    Unit, duration, fixed, general, group_thousands, is_note, seconds, significant,
-    term_in_sentence, term_name,
+    Unit, duration, fixed, general, group_thousands, is_note, seconds, significant, term_name,
 };
 
 /// The last part of a path: what a page calls a file.
@@ -212,13 +211,10 @@ fn terms(log: &LogOutcome, say: &mut impl FnMut(&str, &str)) {
             }
         }
         for &(a, b) in &estimate.confused {
+            let (other, which) = rival(axis.sensor, b, &estimate.gauss_markov);
             say(
-                &format!(
-                    "{} and {} of {title}",
-                    sentence_start(key_of(axis.sensor, a)),
-                    term_in_sentence(key_of(axis.sensor, b))
-                ),
-                "cannot be told apart in this log; both are bounded from above.",
+                &format!("{} of {title}", sentence_start(key_of(axis.sensor, a))),
+                &format!("cannot be told from {other} in this log; {which} bounded from above."),
             );
         }
     }

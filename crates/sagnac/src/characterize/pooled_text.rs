@@ -1,6 +1,6 @@
 //! The one sensor of several logs in a terminal: its table, what its runs know, and each log's findings under its name.
 
-use super::text::{beside, row, short_name, shown_sensor, temperature_row};
+use super::text::{beside, rival, row, short_name, shown_sensor, temperature_row};
 use super::{Outcome, SensorAxis, axis_names, key_of, pool};
 use sagnac_analysis::fit::{Estimate, Term};
 use sagnac_core::Sensor;
@@ -35,11 +35,11 @@ pub(super) fn add(outcome: &Outcome, axes: &[SensorAxis], out: &mut Document) {
     }
     for axis in axes {
         for &(a, b) in &axis.pooled.confused {
+            let (other, which) = rival(axis.sensor, b, &axis.pooled.gauss_markov);
             out.note(format!(
-                "{}: these logs cannot tell {} from {}; both are bounded from above.",
+                "{}: these logs cannot tell {} from {other}; {which} bounded from above.",
                 axis.axis,
                 term_in_sentence(key_of(axis.sensor, a)),
-                term_in_sentence(key_of(axis.sensor, b)),
             ));
         }
     }

@@ -3,7 +3,7 @@
 use super::page_regressors::temperature_of;
 use super::{AxisOutcome, LogOutcome, Outcome, key_of, levels};
 use crate::findings::{gathered, sensor};
-use sagnac_analysis::fit::{Estimate, Status, Term};
+use sagnac_analysis::fit::{Estimate, GaussMarkovEstimate, Status, Term};
 use sagnac_core::Sensor;
 use sagnac_log::{Issue, IssueKind};
 use sagnac_report::text::{
@@ -130,16 +130,31 @@ pub(super) fn beside(log: &LogOutcome, terms: bool, out: &mut Document) {
             if std::mem::take(&mut blank) {
                 out.blank();
             }
+            let (other, which) = rival(axis.sensor, b, &e.gauss_markov);
             out.note(format!(
-                "{}: this log cannot tell {} from {}; both are bounded from above.",
+                "{}: this log cannot tell {} from {other}; {which} bounded from above.",
                 axis.axis,
                 term_in_sentence(key_of(axis.sensor, a)),
-                term_in_sentence(key_of(axis.sensor, b)),
             ));
         }
     }
     for note in &log.notes {
         out.note(note.clone());
+    }
+}
+
+/// The second of two terms that cannot be told apart, and which of them are bounded: beside a process that was found the
+/// second is one more.
+pub(super) fn rival(
+    sensor: Sensor,
+    term: Term,
+    found: &[GaussMarkovEstimate],
+) -> (String, &'static str) {
+    let is_more = term == Term::GaussMarkov && found.iter().any(|g| g.sigma.is_detected());
+    if is_more {
+        ("one more Gauss-Markov process".to_owned(), "the former is")
+    } else {
+        (term_in_sentence(key_of(sensor, term)), "both are")
     }
 }
 
