@@ -73,6 +73,7 @@ pub struct Gathering {
     rows: u64,
     ends_s: (f64, f64),
     span_s: f64,
+    has_stamps: bool,
     /// Interval of the first section, and by how much those of all are longer, summed over their rows.
     dt_s: Option<f64>,
     longer_s: f64,
@@ -139,7 +140,8 @@ impl Gathering {
         // What its stamps do not tell: that counters wrapped, or how many rows came before.
         let earlier = self.wraps.iter().filter(|w| w.0 <= section.before);
         let mut late_s: f64 = earlier.map(|w| w.1).sum();
-        if log.stamps.is_empty() {
+        self.has_stamps |= !log.stamps.is_empty();
+        if !self.has_stamps {
             late_s += section.before as f64 * of.health.dt_s;
         }
         self.wraps.extend(of.wraps);
@@ -210,6 +212,12 @@ impl Gathering {
             self.listing.forget(&[IssueKind::Motion]);
         }
         let (start_s, end_s) = self.ends_s;
+        // A sum over sections would leave its last digits in a duration that the rate gives.
+        let duration_s = if self.has_stamps {
+            self.span_s
+        } else {
+            self.rows as f64 * dt_s
+        };
         let mut whole = Vec::new();
         let mut push = |kind, channel: Option<&str>, text| {
             let issue = Issue {
@@ -239,7 +247,7 @@ impl Gathering {
         if !is_moving && let Some(text) = channel::units(self.lengths) {
             push(IssueKind::Units, None, text);
         }
-        if let Some(text) = short(self.rows, self.span_s) {
+        if let Some(text) = short(self.rows, duration_s) {
             push(IssueKind::Short, None, text);
         }
         self.listing.add(whole, dt_s);
@@ -247,7 +255,7 @@ impl Gathering {
             dt_s,
             first_s: start_s,
             last_s: end_s,
-            duration_s: self.span_s,
+            duration_s,
             stamp_step_s: self.stamp_step_s,
             rows: self.rows,
             issues: self.listing.finish(start_s),
@@ -265,7 +273,7 @@ impl Totals {
         self.is_stuck |= !stuck.is_empty();
         let mut at = first;
         let end = first + values.len();
-        for run in stuck.iter().cloned().chain([end..end]) {
+        for run in stuck.iter().cloned().chain(std::iter::once(end..end)) {
             if run.start > at {
                 let part = &values[at - first..run.start - first];
                 join(&mut self.sound, &mut self.sound_extremes, part);
