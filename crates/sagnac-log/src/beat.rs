@@ -55,6 +55,12 @@ pub(crate) enum Event {
 /// Robust scatter of the steps over dt beyond which the clock is uneven.
 pub(crate) const SCATTERED: f64 = 0.05;
 
+/// Counts of a counter of 32 bits until it begins again.
+pub(crate) const COUNTS: f64 = 4_294_967_296.0;
+
+/// Units that clocks of sensors count in, s.
+const USUAL_UNITS_S: [f64; 3] = [1e-3, 1e-6, 1e-9];
+
 /// The beat of a log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beat {
@@ -76,9 +82,7 @@ impl Beat {
     pub(crate) fn of(log: &Log) -> Self {
         let mut beat = Self::default();
         let mut steps = steps(&log.stamps);
-        if let Some(unit_s) = log.layout.time_unit_s {
-            beat.undo_wraps(&mut steps, unit_s);
-        }
+        beat.undo_wraps(&mut steps, log.layout.time_unit_s);
         beat.wild = wild::rows(&log.stamps, &steps);
         let is_twice = repeats_rows(log, &steps) || is_doubled(&steps);
         let of_rows = |steps: &[f64]| {
@@ -126,13 +130,26 @@ impl Beat {
         beat
     }
 
-    fn undo_wraps(&mut self, steps: &mut [f64], unit_s: f64) {
-        let turn = unit_s * 4_294_967_296.0;
+    /// Undoes jumps back of 2³² of the unit of the stamps, and of a counter's usual unit that was written in another.
+    fn undo_wraps(&mut self, steps: &mut [f64], unit_s: Option<f64>) {
+        if !steps.iter().any(|s| *s < 0.0) {
+            return;
+        }
         let dt = interval(steps).unwrap_or(0.0);
-        for (k, step) in steps.iter_mut().enumerate() {
-            let undone = *step + turn;
-            if *step < 0.0 && undone > 0.0 && undone < (100.0 * dt).min(0.01 * turn).max(2.0 * dt) {
-                *step = undone;
+        for (k, step) in steps.iter_mut().enumerate().filter(|(_, s)| **s < 0.0) {
+            let undone_within =
+                |turn: f64, most: f64| (*step + turn > 0.0 && *step + turn < most).then_some(turn);
+            let own = unit_s.and_then(|unit_s| {
+                let turn = unit_s * COUNTS;
+                undone_within(turn, (100.0 * dt).min(0.01 * turn).max(2.0 * dt))
+            });
+            // Of a unit that is guessed the step has to be that of neighbors, and no jump of any length passes for it.
+            let found = own.or_else(|| {
+                let mut turns = USUAL_UNITS_S.iter().map(|unit_s| unit_s * COUNTS);
+                turns.find_map(|turn| undone_within(turn, (2.5 * dt).min(0.01 * turn)))
+            });
+            if let Some(turn) = found {
+                *step += turn;
                 self.wraps.push((k + 1, turn));
             }
         }

@@ -578,3 +578,81 @@ fn an_uneven_clock_concerns_every_row() {
     let health = check(&log, &HealthOptions::default()).unwrap();
     assert_eq!(about_time(&health), [("jitter", 30_000)]);
 }
+
+/// A log at 50 Hz whose clock is `unit` times a counter that passes 2³² after 1000 rows; `jump_s` more at that row.
+fn wrapping(unit: f64, jump_s: f64) -> Log {
+    let mut noise = Noise(3);
+    let turn = unit * 4_294_967_296.0;
+    let mut text = String::from("time [s],gyro_x [rad/s]\n");
+    for k in 0..3000 {
+        let mut t = turn - 20.0 + 0.0127 + f64::from(k) / RATE;
+        if k >= 1000 {
+            t += jump_s;
+        }
+        text += &format!("{},{}\n", t.rem_euclid(turn), noise.next());
+    }
+    read(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_counter_that_wraps_is_told_in_whatever_unit_it_was_written() {
+    for (unit, name) in [(1e-6, "1e-6 s (4294.967296 s)"), (1e-3, "1e-3 s")] {
+        let log = wrapping(unit, 0.0);
+        let health = check(&log, &HealthOptions::default()).unwrap();
+        let back: Vec<&Issue> = health
+            .issues
+            .iter()
+            .filter(|i| i.kind == IssueKind::Backwards)
+            .collect();
+        assert_eq!(back.len(), 1, "{:?}", health.issues);
+        let text = &back[0].text;
+        assert!(text.contains("the counter wraps at 2^32 of "), "{text}");
+        assert!(text.contains(name) && text.ends_with("undone"), "{text}");
+        let start_s = back[0].start_s - health.first_s;
+        assert!((start_s - 19.98).abs() < 0.05, "{start_s}");
+        assert!((health.duration_s - 60.0).abs() < 1e-3);
+        assert_eq!(health.channels[0].quiet.len(), 1, "one stretch");
+    }
+}
+
+#[test]
+fn a_jump_back_that_is_no_wrap_has_its_time_on_a_clock_that_goes_on() {
+    // A tenth of a second besides the turn: not the next sample of a counter.
+    let log = wrapping(1e-6, 0.1);
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let back: Vec<&Issue> = health
+        .issues
+        .iter()
+        .filter(|i| i.kind == IssueKind::Backwards)
+        .collect();
+    assert_eq!(back.len(), 1, "{:?}", health.issues);
+    assert!(back[0].text.ends_with("cut here"), "{}", back[0].text);
+    let start_s = back[0].start_s - health.first_s;
+    assert!((start_s - 20.0).abs() < 0.1, "{start_s}");
+    assert!((health.duration_s - 60.0).abs() < 0.2);
+
+    // Two jumps back: the second counts on from the first.
+    let mut text = String::from("time [s],gyro_x [rad/s]\n");
+    let mut noise = Noise(3);
+    for k in 0..3000 {
+        let t = f64::from(9 - 3 * (k / 1000)) * 100.0 + f64::from(k % 1000) / RATE;
+        text += &format!("{t},{}\n", noise.next());
+    }
+    let log = read(
+        Source::memory("a.csv", text.into()),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let health = check(&log, &HealthOptions::default()).unwrap();
+    let times: Vec<f64> = health
+        .issues
+        .iter()
+        .filter(|i| i.kind == IssueKind::Backwards)
+        .map(|i| ((i.start_s - health.first_s) * RATE).round())
+        .collect();
+    assert_eq!(times, [1000.0, 2000.0]);
+}

@@ -162,6 +162,8 @@ struct Watch {
     no_number: (u64, u64),
     /// Steps that are bridged are no gaps.
     bridged_s: f64,
+    /// What jumps back take from the stamps: with it, time goes on.
+    back_s: f64,
     /// Such stamps since the last that is one.
     lost: f64,
     /// Of the last row from the first, where a rate was given beside the stamps.
@@ -217,10 +219,15 @@ impl Watch {
                 } else if step < 0.0 {
                     self.push(
                         IssueKind::Backwards,
-                        t,
-                        t,
+                        self.last + self.back_s,
+                        self.last + self.back_s,
                         format!("time goes back by {}", duration(-step)),
                     );
+                    // Stamps that scatter may go back by less than an interval.
+                    let dt = self.cadence.map_or(0.0, |c| c.dt_s);
+                    if -step > dt {
+                        self.back_s += dt - step;
+                    }
                 } else if step > 0.0 || (step == 0.0 && may_be_equal) {
                     self.steps += step;
                     self.regular += 1 + lost as u64;
@@ -275,6 +282,17 @@ impl Watch {
                 .at("time")
                 .advise("add --rate, for instance --rate 100Hz"));
         }
+        let numbers = self.rows - self.no_number.0;
+        if layout.has_time && layout.rate_hz.is_none() && self.no_number.0 > 0 && numbers < 2 {
+            let what = if numbers == 0 {
+                "no time stamp is a number"
+            } else {
+                "one time stamp alone is a number"
+            };
+            return Err(Error::data(what)
+                .at("time")
+                .advise("add --rate, for instance --rate 100Hz"));
+        }
         let dt = match layout.rate_hz {
             Some(rate) => 1.0 / rate,
             None if self.regular > 0 => self.steps / self.regular as f64,
@@ -283,7 +301,7 @@ impl Watch {
         let duration_s = if let Some(last_s) = self.last_written_s {
             last_s + dt
         } else if layout.has_time && self.first.is_some() {
-            self.last + dt
+            self.last + self.back_s + dt
         } else {
             self.rows as f64 * dt
         };

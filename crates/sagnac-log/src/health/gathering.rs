@@ -151,6 +151,8 @@ impl Gathering {
             self.stamp_step_s = of.health.stamp_step_s;
             self.channels = vec![Totals::default(); log.columns.len()];
         }
+        // Where time goes back, it is told on a clock that went on where it did before.
+        let back_s = self.ends_s.0 + self.span_s - start_s;
         self.ends_s.1 = end_s;
         self.span_s += of.span_s;
         self.rows += own.len() as u64;
@@ -192,6 +194,10 @@ impl Gathering {
         for f in &mut found {
             f.issue.start_s += late_s;
             f.issue.end_s += late_s;
+            if f.issue.kind == IssueKind::Backwards && back_s > of.health.dt_s {
+                f.issue.start_s += back_s;
+                f.issue.end_s += back_s;
+            }
         }
         self.listing.add(found, of.health.dt_s);
     }

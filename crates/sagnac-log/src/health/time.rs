@@ -5,7 +5,7 @@
 
 use super::clean::Gap;
 use super::found::{Found, Said};
-use crate::beat::{Beat, Event, SCATTERED};
+use crate::beat::{Beat, COUNTS, Event, SCATTERED};
 use crate::{Error, Issue, IssueKind, Log, Stamp};
 
 /// The clock of a log.
@@ -108,8 +108,8 @@ impl<'a> Clock<'a> {
     }
 }
 
-/// The findings about time; `gaps` says what becomes of each gap.
-pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Found> {
+/// The findings about time of a section whose own rows begin at `own_start`; `gaps` says what becomes of each gap.
+pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap], own_start: usize) -> Vec<Found> {
     let mut out = Vec::new();
     let mut gaps = gaps.iter();
     let last = clock.log.rows.saturating_sub(1);
@@ -125,6 +125,9 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Found> {
         let issue = issue(kind, from, to, count, text);
         out.push(Found::event(issue, from..to + 1));
     };
+    // The row after the last jump back, and the time up to it on a clock that goes on there.
+    let (mut start, mut span_s) = (own_start, 0.0);
+    let mut jumps = Vec::new();
     for &(row, event) in &clock.beat.events {
         match event {
             Event::Gap(lost) => {
@@ -154,12 +157,20 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Found> {
             Event::Backwards => {
                 let back = clock.seconds(row - 1) - clock.seconds(row);
                 let text = format!("time goes back by {back:.6} s; cut here");
-                push(IssueKind::Backwards, row, row, 1, text);
+                let mut after_s = 0.0;
+                if row > own_start {
+                    after_s = span_s + clock.seconds(row) - clock.seconds(start);
+                    if back > clock.dt_s {
+                        after_s += back + clock.dt_s;
+                        (start, span_s) = (row, after_s);
+                    }
+                }
+                jumps.push((row, clock.absolute(own_start) + after_s.max(0.0), text));
             }
         }
     }
     for &(row, turn) in &clock.beat.wraps {
-        let unit = clock.log.layout.time_unit_s.unwrap_or(0.0);
+        let unit = turn / COUNTS;
         let text = format!("the counter wraps at 2^32 of {unit:e} s ({turn:.6} s); undone");
         push(IssueKind::Backwards, row - 1, row, 1, text);
     }
@@ -177,6 +188,14 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Found> {
             row + 1
         );
         push(kind, row, row, 1, text);
+    }
+    for (row, at_s, text) in jumps {
+        let jump = Issue {
+            start_s: at_s,
+            end_s: at_s,
+            ..issue(IssueKind::Backwards, row, row, 1, text)
+        };
+        out.push(Found::event(jump, row..row + 1));
     }
     if clock.beat.dt_s.is_none() && last > 0 && clock.counts(last) {
         let text = "time never advances: the rate that was given counts, nothing is dropped";
