@@ -103,6 +103,13 @@ fn replaces(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// The ending of a name where it has one, in small letters, that is none of `known`; what is no file may have any name.
+fn wrong_ending(path: &Path, known: &[&str]) -> Option<String> {
+    let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
+    let is_file = fs::metadata(path).map_or(true, |m| m.is_file());
+    (is_file && !known.contains(&ending.as_str())).then_some(ending)
+}
+
 /// One claimed output.
 pub(crate) struct Output {
     path: PathBuf,
@@ -185,6 +192,42 @@ impl Output {
             path: path.to_owned(),
             target: Target::Temporary(BufWriter::with_capacity(1 << 20, file)),
         })
+    }
+
+    /// Claims a model, whose name ends in .toml or has no ending; `pictures` says what writes one instead.
+    pub(crate) fn claim_model(
+        path: &Path,
+        option: &str,
+        force: bool,
+        pictures: &str,
+    ) -> Result<Self, Error> {
+        if let Some(ending) = wrong_ending(path, &["toml"]) {
+            let model = path.with_extension("toml");
+            let advice = match ending.as_str() {
+                "svg" | "png" if !pictures.is_empty() => format!(
+                    "name the model {}; for a picture: {pictures}",
+                    model.display()
+                ),
+                _ => format!("name it {}", model.display()),
+            };
+            let what = format!("a model cannot be written as {}", path.display());
+            return Err(Error::usage(what).at(option.to_owned()).advise(advice));
+        }
+        Self::claim(path, option, force)
+    }
+
+    /// Claims the page of `--report`, whose name ends in .html or has no ending.
+    pub(crate) fn claim_page(path: &Path, force: bool) -> Result<Self, Error> {
+        if let Some(ending) = wrong_ending(path, &["html", "htm"]) {
+            let page = path.with_extension("html");
+            let advice = match ending.as_str() {
+                "svg" | "png" => format!("name it {}: it has every plot", page.display()),
+                _ => format!("name it {}", page.display()),
+            };
+            let what = format!("a page cannot be written as {}", path.display());
+            return Err(Error::usage(what).at("--report").advise(advice));
+        }
+        Self::claim(path, "--report", force)
     }
 
     /// Claims a drawing, whose name must say how it is drawn: F.svg or F.png.

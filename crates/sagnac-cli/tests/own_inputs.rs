@@ -20,6 +20,7 @@ fn an_output_that_is_an_input_is_refused_and_the_input_kept() {
     fs::create_dir(at.join("d")).unwrap();
     let log = ["simulate", "m.toml", "--rest", "1s", "-o", "log.csv"];
     said(at, &log);
+    fs::copy(at.join("log.csv"), at.join("log.html")).unwrap();
     let kept = |name: &str| fs::read(at.join(name)).unwrap();
     let before = ["m.csv", "m.toml", "T.csv", "log.csv"].map(kept);
     for line in [
@@ -29,7 +30,7 @@ fn an_output_that_is_an_input_is_refused_and_the_input_kept() {
         "simulate m.toml --inputs log.csv -o new.csv --truth log.csv",
         "correct m.toml log.csv -o d/../log.csv",
         "convert log.csv -o ./log.csv",
-        "characterize log.csv --report log.csv",
+        "characterize log.html --report log.html",
         "export m.toml --to kalibr -o m.toml",
     ] {
         let words: Vec<&str> = line.split(' ').chain(["--force"]).collect();

@@ -121,7 +121,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
                 accelerometers: about("accel.") && !about("gyro."),
             };
             let report = list.report.as_deref();
-            let report = report.map(|p| Output::claim(p, "--report", list.force));
+            let report = report.map(|p| Output::claim_page(p, list.force));
             let picture = list.output.as_deref();
             let picture = picture.map(|p| Output::claim_picture(p, list.force));
             let (report, picture) = (report.transpose()?, picture.transpose()?);

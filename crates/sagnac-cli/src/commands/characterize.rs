@@ -55,6 +55,9 @@ pub(crate) struct Args {
     log: LogOptions,
 }
 
+/// What draws, where a picture is asked of the option of the model.
+const PICTURES: &str = "sagnac allan LOG -o F.svg; every plot: --report F.html";
+
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let request = Request {
         candidates: args
@@ -72,13 +75,16 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             .at(format!("{} logs are named", args.logs.len()))
             .advise("name one, or leave --follow out"));
     }
-    let claim = |path: &Option<PathBuf>, option: &str| {
-        path.as_deref()
-            .map(|p| Output::claim(p, option, args.force))
-            .transpose()
-    };
-    let model_file = claim(&args.output, "-o")?;
-    let page_file = claim(&args.report, "--report")?;
+    let model_file = args
+        .output
+        .as_deref()
+        .map(|p| Output::claim_model(p, "-o", args.force, PICTURES))
+        .transpose()?;
+    let page_file = args
+        .report
+        .as_deref()
+        .map(|p| Output::claim_page(p, args.force))
+        .transpose()?;
     // A pipe is hashed as it goes by: it cannot be read again.
     let hashes = Hashes::default();
     let (outcome, ended_by) = if args.follow {

@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let report = args
         .report
         .as_deref()
-        .map(|p| Output::claim(p, "--report", args.force))
+        .map(|p| Output::claim_page(p, args.force))
         .transpose()?;
     let (outcome, page) = match args.logs.as_slice() {
         [one] if is_model(one) => {

@@ -13,7 +13,7 @@ use sha2::{Digest as _, Sha256};
 use crate::commands::characterize::command_line;
 use crate::commands::convert::SharedOutput;
 use crate::context::Context;
-use crate::outputs::{Output, cannot, publish_all};
+use crate::outputs::{NewFolder, Output, publish_all};
 
 /// A sensor whose sheet states white noise and bias instability of all axes.
 const SENSOR: &str = "ADIS16470";
@@ -31,7 +31,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
-    std::fs::create_dir_all(&args.folder).map_err(|e| cannot(&args.folder, &e))?;
+    let folder = NewFolder::make(&args.folder)?;
     let claim = |name: &str| Output::claim(&args.folder.join(name), "DIR", true);
     let (log_file, mut model_file, mut report) = (
         SharedOutput::new(claim("log.npy")?),
@@ -75,6 +75,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     };
     report.put(outcome.page(&catalogue, &facts)?.html().as_bytes())?;
     let files = publish_all(vec![log_file.into_output()?, model_file, report])?;
+    folder.keep();
     context.show(|| outcome.document(), || outcome.to_json(&files))?;
     let named: Vec<String> = files
         .iter()

@@ -81,7 +81,7 @@ impl Args {
     /// The outputs, page and picture.
     fn claim(&self) -> Result<(Option<Output>, Option<Output>), Error> {
         let report = self.report.as_deref();
-        let report = report.map(|p| Output::claim(p, "--report", self.force));
+        let report = report.map(|p| Output::claim_page(p, self.force));
         let picture = self.output.as_deref();
         let picture = picture.map(|p| Output::claim_picture(p, self.force));
         Ok((report.transpose()?, picture.transpose()?))

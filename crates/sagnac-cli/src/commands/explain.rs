@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         None => None,
     };
     let page = match &args.report {
-        Some(path) => Some(Output::claim(path, "--report", args.force)?),
+        Some(path) => Some(Output::claim_page(path, args.force)?),
         None => None,
     };
     let model = models::load(&args.model)?;

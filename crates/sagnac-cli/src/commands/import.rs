@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
         .as_deref()
         .map(|text| crate::quantities::positive("--rate", text, Dimension::FREQUENCY))
         .transpose()?;
-    let mut output = Output::claim(&args.output, "import -o", args.force)?;
+    let mut output = Output::claim_model(&args.output, "import -o", args.force, "")?;
     let bytes = inputs::bytes(&args.file)?;
     let outcome = import(
         &bytes,

@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let page = args
         .report
         .as_deref()
-        .map(|path| Output::claim(path, "--report", args.force))
+        .map(|path| Output::claim_page(path, args.force))
         .transpose()?;
     let request = ResponseRequest {
         table: inputs::text(&args.table)?,

@@ -87,12 +87,11 @@ pub(super) struct Files {
 impl Files {
     /// Claims the model and the report before any work is done.
     pub(super) fn claim(&self) -> Result<(Option<Output>, Option<Output>), Error> {
-        let claim = |path: &Option<PathBuf>, option: &str| {
-            path.as_deref()
-                .map(|p| Output::claim(p, option, self.force))
-                .transpose()
-        };
-        Ok((claim(&self.output, "-o")?, claim(&self.report, "--report")?))
+        let model = self.output.as_deref();
+        let model = model.map(|p| Output::claim_model(p, "-o", self.force, "--report F.html"));
+        let page = self.report.as_deref();
+        let page = page.map(|p| Output::claim_page(p, self.force));
+        Ok((model.transpose()?, page.transpose()?))
     }
 
     /// The name of the model: that of its file, else that of what was read.

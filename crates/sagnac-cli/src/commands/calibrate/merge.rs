@@ -33,7 +33,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let file = args
         .output
         .as_deref()
-        .map(|path| Output::claim(path, "-o", args.force))
+        .map(|path| Output::claim_model(path, "-o", args.force, ""))
         .transpose()?;
     let request = MergeRequest {
         models: args
