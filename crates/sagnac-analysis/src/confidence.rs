@@ -79,7 +79,7 @@ fn cornish_fisher(z: f64, degrees: f64) -> f64 {
 ///
 /// For α = 2…−2 (hdev …−4). Exact for interval means, within 1.5 % where the covariance is
 /// summed over at most 32 starts per τ (tested against tr²G/tr G² of dense matrices). `None`
-/// where no formula is known.
+/// where no formula is known: for totdev where α > 0.
 pub fn equivalent_degrees(kind: Deviation, alpha: i8, m: usize, samples: usize) -> Option<f64> {
     let (n, factor) = (samples as f64, m as f64);
     match kind {
@@ -87,10 +87,9 @@ pub fn equivalent_degrees(kind: Deviation, alpha: i8, m: usize, samples: usize) 
             0 => Some(1.5 * n / factor),
             -1 => Some(1.168 * n / factor - 0.222),
             -2 => Some(0.927 * n / factor - 0.358),
-            // Phase noise: at least what the terms inside the record give. Past N/2 there are
-            // none, and the reflected ones repeat one another.
-            _ if 2 * m <= samples => Some(difference_degrees(Deviation::Oadev, alpha, m, samples)),
-            _ => Some(1.0),
+            // No source has constants for noise of the phase, and the reflected terms repeat one
+            // another: what the terms inside the record give covers from 18 to 90 %.
+            _ => None,
         },
         Deviation::Theo1 => theo1_degrees(alpha, m, samples),
         _ => Some(difference_degrees(kind, alpha, m, samples)),
@@ -412,6 +411,17 @@ mod tests {
                     "alpha {alpha} m {m}: {got} for {want}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn totdev_has_degrees_for_noise_of_the_rate_alone() {
+        for m in [1, 8, 200, 399] {
+            let degrees = |alpha| equivalent_degrees(Deviation::Totdev, alpha, m, 400);
+            for alpha in [0, -1, -2] {
+                assert!(degrees(alpha).is_some_and(|edf| edf > 0.0), "{alpha} {m}");
+            }
+            assert_eq!((degrees(1), degrees(2)), (None, None), "{m}");
         }
     }
 

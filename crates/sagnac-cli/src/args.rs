@@ -1,5 +1,6 @@
 //! The command line that all commands share, and what is said when it is wrong.
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -111,9 +112,11 @@ pub(crate) fn explain(error: &clap::Error) -> ExitCode {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
     );
     if asked || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        // Nothing is left to tell if even this cannot be printed.
-        let _ = error.print();
-        return ExitCode::from(if asked { 0 } else { 2 });
+        let printed = error.print().and_then(|()| std::io::stdout().flush());
+        return match crate::context::printed(printed) {
+            Err(error) if asked => crate::context::fail(&error, None),
+            _ => ExitCode::from(if asked { 0 } else { 2 }),
+        };
     }
     let error = whole_number(error)
         .or_else(|| negative_value(error))

@@ -173,7 +173,12 @@ fn speaks_utf8() -> bool {
 /// Writes to standard output; a closed pipe ends the program quietly, a full disk is said.
 pub(crate) fn write_stdout(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// What became of text for standard output.
+pub(crate) fn printed(result: io::Result<()>) -> Result<(), Error> {
+    match result {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         Err(error) => Err(Error::data(format!(

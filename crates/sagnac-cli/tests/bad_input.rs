@@ -370,15 +370,29 @@ fn a_full_disk_is_told_and_a_closed_pipe_is_no_fault() {
     file.write_all(format!("{HEADER}{}", rows(0, 5000)).as_bytes())
         .unwrap();
     let program = env!("CARGO_BIN_EXE_sagnac");
-    for format in ["text", "json"] {
-        let full = fs::OpenOptions::new()
-            .write(true)
-            .open("/dev/full")
+    let full = || {
+        let disk = fs::OpenOptions::new().write(true).open("/dev/full");
+        Stdio::from(disk.unwrap())
+    };
+    for word in ["--help", "--version", "allan --help"] {
+        let output = std::process::Command::new(program)
+            .args(word.split(' '))
+            .stdout(full())
+            .output()
             .unwrap();
+        is_one_refusal(&output, word);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(1)
+                && stderr.contains("standard output cannot be written: no space left"),
+            "{word}: {stderr}"
+        );
+    }
+    for format in ["text", "json"] {
         let output = std::process::Command::new(program)
             .args(["allan", "--format", format])
             .arg(&path)
-            .stdout(Stdio::from(full))
+            .stdout(full())
             .output()
             .unwrap();
         is_one_refusal(&output, "a full disk");
@@ -449,6 +463,33 @@ fn a_disk_that_fills_up_leaves_nothing_behind() {
             "{words} leaves a file"
         );
     }
+}
+
+/// What `demo` writes does not fit on a disk that takes 4 KiB of any file: a folder that it made goes, one that was there stays.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_demo_that_fails_leaves_no_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    for name in ["mine", "new/inner"] {
+        let output = std::process::Command::new("sh")
+            .current_dir(folder.path())
+            .arg("-c")
+            .arg(format!(
+                "trap '' XFSZ; ulimit -f 8; exec {} demo {name}",
+                env!("CARGO_BIN_EXE_sagnac")
+            ))
+            .output()
+            .unwrap();
+        is_one_refusal(&output, name);
+        assert_eq!(output.status.code(), Some(1), "{name}");
+        let left: Vec<_> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        assert_eq!(left, ["mine"], "{name}");
+    }
+    assert_eq!(fs::read_dir(folder.path().join("mine")).unwrap().count(), 0);
 }
 
 /// A file that opens and cannot be read, whoever asks: the first page of a process is not there.

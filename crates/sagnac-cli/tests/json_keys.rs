@@ -196,9 +196,24 @@ fn logs_and_their_errors() {
     is_estimate(&compared, &["axes[].terms[].measured"]);
     has(&compared, &["axes[].terms[].ratio"]);
 
+    json(
+        folder,
+        &[
+            "simulate",
+            "catalog:ADIS16470",
+            "--rest",
+            "5min",
+            "--rate",
+            "100Hz",
+            "--seed",
+            "1",
+            "-o",
+            "again.csv",
+        ],
+    );
     let two = json(
         folder,
-        &["characterize", "rest.csv", "rest.npy", "--one-sensor"],
+        &["characterize", "rest.csv", "again.csv", "--one-sensor"],
     );
     has(
         &two,

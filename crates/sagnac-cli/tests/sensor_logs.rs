@@ -397,6 +397,30 @@ fn stamps_that_are_no_numbers_are_no_gaps_to_convert() {
         "{text}"
     );
     assert!(!log(&[]).contains("finite"));
+    // Without two stamps there is no rate: as `info` refuses the log, what could not be read again is not written.
+    for (numbers, words) in [
+        (0, "no time stamp is a number"),
+        (1, "one time stamp alone is a number"),
+    ] {
+        let rows: String = (0..100)
+            .map(|k| if k < numbers { "0.5,0\n" } else { "nan,0\n" })
+            .collect();
+        fs::write(
+            at.join("nan.csv"),
+            format!("time [s],gyro_x [rad/s]\n{rows}"),
+        )
+        .unwrap();
+        for line in ["info nan.csv", "convert nan.csv -o n.csv"] {
+            let text = refused(at, &line.split(' ').collect::<Vec<_>>(), 1);
+            assert!(
+                text.contains(words) && text.contains("add --rate"),
+                "{line}: {text}"
+            );
+        }
+        let told = "convert nan.csv --rate 100Hz -o n.csv --force";
+        said(at, &told.split(' ').collect::<Vec<_>>());
+        fs::remove_file(at.join("n.csv")).unwrap();
+    }
     // A lone row tells no rate; a triad that is not whole is told with its log.
     fs::write(
         at.join("one.csv"),

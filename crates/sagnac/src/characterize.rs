@@ -4,9 +4,11 @@
 //! different sensors, or with `one_sensor` one likelihood.
 
 mod findings;
+mod held;
 mod json;
 mod levels;
 mod model_file;
+mod once;
 mod page;
 mod page_regressors;
 mod page_words;
@@ -32,6 +34,7 @@ use sagnac_model::Model;
 use sagnac_report::text::{duration, general};
 
 pub use json::estimate_json;
+pub(crate) use once::once;
 pub use page::PageFacts;
 pub(crate) use page::allan as allan_panel;
 pub use terms::{TermKey, candidates, dimension_of, key_of};
@@ -160,10 +163,13 @@ pub struct Outcome {
 /// Characterizes logs at rest.
 ///
 /// # Errors
-/// No logs, no axes, a log without a rate; with `strict` the first issue that is more than a note.
+/// No logs, no axes, a log without a rate, with `one_sensor` a log that is given twice; with `strict` the first issue that is more than a note.
 pub fn characterize(logs: &[NamedLog], request: &Request) -> Result<Outcome, Error> {
     if logs.is_empty() {
         return Err(Error::usage("no log is named").advise("sagnac characterize static.csv"));
+    }
+    if request.one_sensor {
+        once(logs)?;
     }
     let options = FitOptions {
         candidates: request.candidates,
@@ -317,6 +323,7 @@ fn one_log(
     };
     findings::add(&mut outcome, health.dt_s, model);
     removed::add(&mut outcome, health);
+    held::add(&mut outcome, &named.log);
     Ok(outcome)
 }
 

@@ -55,6 +55,8 @@ pub struct Tracked {
     pub wanted: Option<f64>,
     /// How far that is.
     pub left: Left,
+    /// Axes of the sensor that do not have the term: nothing waits for them.
+    pub without: Vec<String>,
 }
 
 /// What is known so far.
@@ -193,6 +195,27 @@ impl<'a> State<'a> {
             })
     }
 
+    /// Where all is reached, the axes that do not have a wanted term: they were not waited for.
+    fn not_waited_for(&self) -> Option<String> {
+        let open = |t: &&Tracked| t.wanted.is_some() && !t.without.is_empty();
+        let parts: Vec<String> = self
+            .terms
+            .iter()
+            .filter(open)
+            .map(|t| {
+                let symbol = term_symbol(&t.name).unwrap_or_else(|| term_name(&t.name));
+                let ends = t.without.iter().map(|axis| {
+                    let end = axis.rsplit_once('_');
+                    end.map_or(axis.as_str(), |(_, end)| end)
+                });
+                let ends: Vec<&str> = ends.collect();
+                format!("{symbol} of {} {}", t.sensor.key(), ends.join(", "))
+            })
+            .collect();
+        (self.is_reached() && !parts.is_empty())
+            .then(|| format!("not seen and not waited for: {}", parts.join("; ")))
+    }
+
     /// Number of precisions that are reached.
     pub fn reached(&self) -> usize {
         let all = self.terms.iter();
@@ -244,6 +267,7 @@ impl<'a> State<'a> {
             }
             parts.push(text);
         }
+        parts.extend(self.not_waited_for());
         format!(
             "{} read; {}",
             duration(self.log.duration_s.round()),
@@ -278,6 +302,9 @@ impl<'a> State<'a> {
         out.blank();
         for line in self.curves() {
             out.line(line);
+        }
+        if let Some(others) = self.not_waited_for() {
+            out.blank().note(others);
         }
         out
     }
@@ -401,6 +428,15 @@ fn tracked(
         relative: known,
         wanted,
         left,
+        without: axes
+            .iter()
+            .filter(|a| {
+                estimates(a, name)
+                    .into_iter()
+                    .all(|e| relative(e).is_none())
+            })
+            .map(|a| a.axis.clone())
+            .collect(),
     })
 }
 

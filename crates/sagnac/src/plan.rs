@@ -53,6 +53,8 @@ pub struct Plan {
     pub axes: Vec<PlannedAxis>,
     /// Other lengths, in s with what they reach, an entry an axis.
     pub curve: Vec<(f64, Vec<Precision>)>,
+    /// Random terms of the model that are not planned: axis and names.
+    pub not_planned: Vec<(String, Vec<&'static str>)>,
     /// The term that decides the length: axis, JSON name, and the length, in s that it alone needs.
     pub decides: Vec<(String, String, f64)>,
 }
@@ -89,6 +91,7 @@ pub fn plan(model: &Model, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Plan
     }
     let step_s = 1.0 / rate_hz;
     let mut axes = Vec::new();
+    let mut not_planned = Vec::new();
     for sensor in Sensor::ALL {
         for index in 0..3 {
             let terms = noise_terms::of_axis(model, sensor, index);
@@ -97,8 +100,23 @@ pub fn plan(model: &Model, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Plan
                 || terms.flicker > 0.0
                 || terms.random_walk > 0.0
                 || terms.gauss_markov.iter().any(|g| g.0 > 0.0);
+            let axis = format!("{}_{}", sensor.key(), ["x", "y", "z"][index]);
+            let mut others = Vec::new();
+            // A ramp alone has no noise to be known against.
+            if !any && terms.ramp != 0.0 {
+                others.push(key_of(sensor, Term::Ramp));
+            }
+            let noise = model.axis_noise(sensor, index);
+            if noise.resonance.iter().any(|r| r.sigma > 0.0) {
+                others.push("resonances");
+            }
+            if !terms.sinusoids.is_empty() {
+                others.push("sinusoids");
+            }
+            if !others.is_empty() {
+                not_planned.push((axis.clone(), others));
+            }
             if any {
-                let axis = format!("{}_{}", sensor.key(), ["x", "y", "z"][index]);
                 axes.push((axis, sensor, terms));
             }
         }
@@ -164,6 +182,7 @@ pub fn plan(model: &Model, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Plan
         rate_hz,
         axes,
         curve,
+        not_planned,
         decides,
     })
 }
@@ -305,6 +324,45 @@ impl Plan {
             "rate_hz": self.rate_hz,
             "axes": axes,
             "curve": curve,
+            "not_planned": self.not_planned.iter()
+                .map(|(axis, terms)| json!({ "axis": axis, "terms": terms }))
+                .collect::<Vec<_>>(),
+        })
+    }
+
+    /// The sentence about the terms of the model that are not planned.
+    fn others(&self) -> Option<String> {
+        let mut parts: Vec<String> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
+        for name in self.not_planned.iter().flat_map(|(_, terms)| terms) {
+            if !names.contains(name) {
+                names.push(name);
+            }
+        }
+        for name in names {
+            for sensor in Sensor::ALL {
+                let own: Vec<&str> = self
+                    .not_planned
+                    .iter()
+                    .filter(|(_, terms)| terms.contains(&name))
+                    .filter_map(|(axis, _)| axis.strip_prefix(sensor.key())?.strip_prefix('_'))
+                    .collect();
+                let shown = match name {
+                    "sinusoids" | "resonances" => name.to_owned(),
+                    _ => sagnac_report::text::term_in_sentence(name),
+                };
+                match own.len() {
+                    0 => {}
+                    3 => parts.push(format!("{shown} of {}", sensor.key())),
+                    _ => parts.push(format!("{shown} of {} {}", sensor.key(), own.join(", "))),
+                }
+            }
+        }
+        (!parts.is_empty()).then(|| {
+            format!(
+                "not planned: {}; the others are planned as if these were not there",
+                parts.join("; ")
+            )
         })
     }
 
@@ -371,6 +429,9 @@ impl Plan {
                 _ => text.push('.'),
             }
             out.paragraph(text);
+        }
+        if let Some(others) = self.others() {
+            out.note(others);
         }
         out
     }
@@ -535,6 +596,33 @@ mod tests {
             assert_eq!(error.kind, crate::Kind::Usage, "{error:?}");
         }
         assert!(planned_for(white, 3600.0, 1e9).is_ok());
+    }
+
+    #[test]
+    fn terms_that_are_not_planned_are_named() {
+        let white = "angle_random_walk = \"0.3 deg/sqrt(h)\"\n";
+        let lines = "sinusoids = [{ amplitude = [\"10 deg/h\", \"0 deg/h\", \"0 deg/h\"], frequency = \"10 Hz\" }]\n\
+                     resonances = [{ sigma = \"1 deg/s\", frequency = \"40 Hz\", damping = 0.1 }]\n";
+        let plan = planned_for(&format!("{white}{lines}"), 3600.0, 100.0).unwrap();
+        let text = plan.document().render(sagnac_report::text::Style::PLAIN);
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            words.contains("not planned: resonances of gyro; sinusoids of gyro x; the others"),
+            "{text}"
+        );
+        assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
+        assert_eq!(
+            plan.to_json()["not_planned"][0],
+            json!({ "axis": "gyro_x", "terms": ["resonances", "sinusoids"] })
+        );
+        let plain = planned_for(white, 3600.0, 100.0).unwrap();
+        assert_eq!(plain.to_json()["not_planned"], json!([]));
+        let text = plain.document().render(sagnac_report::text::Style::PLAIN);
+        assert!(!text.contains("not planned"), "{text}");
+        let ramp = "rate_ramp = [\"0 deg/h/h\", \"1 deg/h/h\", \"0 deg/h/h\"]\n\
+                    angle_random_walk = [\"1 deg/sqrt(h)\", \"0 deg/sqrt(h)\", \"1 deg/sqrt(h)\"]\n";
+        let plan = planned_for(ramp, 3600.0, 100.0).unwrap();
+        assert_eq!(plan.not_planned, [("gyro_y".to_owned(), vec!["rate_ramp"])]);
     }
 
     #[test]

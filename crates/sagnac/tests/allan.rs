@@ -176,3 +176,42 @@ fn motion_is_said_to_be_in_the_curve() {
         "{text}"
     );
 }
+
+#[test]
+fn totdev_has_no_interval_for_noise_of_the_angle() {
+    // Differences of white noise: noise of the angle, α = 2.
+    let white = text(4001, 5000, 0);
+    let rows: Vec<f64> = white
+        .lines()
+        .skip(1)
+        .map(|row| row.split_once(',').unwrap().1.parse().unwrap())
+        .collect();
+    let mut angle = String::from("time [s],gyro_x [rad/s]\n");
+    for (k, pair) in rows.windows(2).enumerate() {
+        angle += &format!("{},{}\n", k as f64 / 100.0, pair[1] - pair[0]);
+    }
+    let request = AllanRequest {
+        deviation: Deviation::Totdev,
+        ..AllanRequest::default()
+    };
+    let run_of = |text: String| run(text, &request).unwrap();
+    let said = |outcome: &AllanOutcome| {
+        let text = outcome
+            .document()
+            .render(sagnac::report::text::Style::PLAIN);
+        assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
+        text.contains("no interval where the noise is that of the angle")
+    };
+    let outcome = run_of(angle);
+    let curve = outcome.axes[0].curve.as_ref().unwrap();
+    assert_eq!(curve.alpha[0], 2);
+    let json = outcome.to_json();
+    for key in ["lower", "upper", "edf"] {
+        assert!(json["axes"][0][key][0].is_null(), "{key}");
+    }
+    assert!(json["axes"][0]["deviation"][0].is_f64());
+    assert!(said(&outcome));
+    let outcome = run_of(white);
+    let curve = outcome.axes[0].curve.as_ref().unwrap();
+    assert!(curve.lower[0].is_some() && curve.upper[0].is_some());
+}

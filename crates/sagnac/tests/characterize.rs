@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use sagnac::characterize::{NamedLog, Outcome, PageFacts, Request, candidates, characterize};
+use sagnac::follow::State;
 use sagnac::info::{InfoRequest, info};
 use sagnac::log::{Log, ReadOptions, Source, open};
 use sagnac::report::html::ParameterCell;
@@ -387,8 +388,15 @@ fn one_sensor_names_what_each_log_shows_and_counts_runs_with_numbers() {
     }
     assert!(!words.contains("The mean's"), "{words}");
     // Nothing to pool is an error, not an agreement.
-    let twice = [stuck.clone(), stuck];
-    let none = characterize(&twice, &one_sensor()).unwrap_err();
+    let still: String = gyros(6, &[1.0], 15_000, |_| true)
+        .lines()
+        .map(|l| match l.split_once(',') {
+            Some((time, y)) if !y.contains("gyro") => format!("{time},0\n"),
+            _ => format!("{l}\n"),
+        })
+        .collect();
+    let two = [stuck, named("still.csv", still)];
+    let none = characterize(&two, &one_sensor()).unwrap_err();
     assert_eq!(
         (none.exit_code(), none.what.contains("fewer than two")),
         (1, true)
@@ -596,4 +604,82 @@ fn the_page_shows_what_the_fit_took_out() {
         !plain.contains("taken out by the fit") && !plain.contains("per K"),
         "{plain}"
     );
+}
+
+#[test]
+fn a_log_that_is_given_twice_does_not_count_twice() {
+    let text = gyros(3, &[1.0, 1.0], 2000, |_| true);
+    let (a, b) = (named("a.csv", text.clone()), named("b.csv", text));
+    let other = named("c.csv", gyros(4, &[1.0, 1.0], 2000, |_| true));
+    let same = characterize(&[a.clone(), other.clone(), a.clone()], &one_sensor()).unwrap_err();
+    assert_eq!(
+        (same.exit_code(), same.what.as_str()),
+        (1, "a.csv is given twice: it would count twice")
+    );
+    let copy = characterize(&[a.clone(), b.clone()], &one_sensor()).unwrap_err();
+    assert_eq!(
+        copy.what,
+        "a.csv and b.csv hold the same samples: they would count twice"
+    );
+    // Of different sensors each counts for itself.
+    assert!(characterize(&[a.clone(), b], &Request::default()).is_ok());
+    assert!(characterize(&[a, other], &one_sensor()).is_ok());
+}
+
+#[test]
+fn axes_that_nothing_waited_for_are_named() {
+    // A walk on x alone, that stands clear.
+    let mut walk = 0.0;
+    let text: String = gyros(3, &[1.0, 1.0, 1.0], 20_000, |_| true)
+        .lines()
+        .map(|line| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if let Ok(x) = cells[1].parse::<f64>() {
+                walk += x;
+                cells[1] = (walk + x).to_string();
+            }
+            cells.join(",") + "\n"
+        })
+        .collect();
+    let outcome = characterize(&[named("walk.csv", text)], &Request::default()).unwrap();
+    let asked = |list: &[(&str, f64)]| {
+        let list: Vec<(String, f64)> = list.iter().map(|(n, p)| ((*n).to_owned(), *p)).collect();
+        let state = State::of(&outcome.logs[0], Some(&list));
+        let screen = state.document().render(Style::PLAIN);
+        (state.is_reached(), state.line(), screen)
+    };
+    let (is_reached, line, screen) = asked(&[("rate_random_walk", 0.9)]);
+    assert!(is_reached, "{line}");
+    let words = "not seen and not waited for: K of gyro y, z";
+    assert!(line.ends_with(words), "{line}");
+    assert!(screen.contains(words), "{screen}");
+    // While something is waited for, and where every axis has the term, nothing is said of it.
+    let (is_reached, line, _) = asked(&[("rate_random_walk", 1e-6)]);
+    assert!(!is_reached && !line.contains("not waited"), "{line}");
+    let (is_reached, line, _) = asked(&[("angle_random_walk", 0.9)]);
+    assert!(is_reached && !line.contains("not waited"), "{line}");
+}
+
+#[test]
+fn values_that_a_log_repeats_are_told() {
+    let held = |times: usize| {
+        let text: String = gyros(3, &[1.0, 1.0], 20_000, |_| true);
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        let mut out = String::from("time [s],gyro_x [rad/s],gyro_y [rad/s]\n");
+        for k in 0..rows.len() {
+            let (time, own) = rows[k].split_once(',').unwrap();
+            let x = rows[k - k % times].split(',').nth(1).unwrap();
+            let y = own.split(',').nth(1).unwrap();
+            out += &format!("{time},{x},{y}\n");
+        }
+        told(out).1
+    };
+    let text = held(4);
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        words.contains("every value of gyro_x stands for 4 samples: the sensor measures at 25 Hz"),
+        "{text}"
+    );
+    assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
+    assert!(!held(1).contains("stands for"));
 }

@@ -77,6 +77,16 @@ impl AllanOutcome {
         for note in &self.notes {
             document.note(note.clone());
         }
+        let mut curves = self.axes.iter().filter_map(|axis| axis.curve.as_ref());
+        if self.request.deviation == Deviation::Totdev
+            && curves.any(|curve| curve.edf.iter().any(Option::is_none))
+        {
+            document.note(
+                "no interval where the noise is that of the angle or velocity (alpha 1, 2): \
+                 the degrees of freedom of totdev are not known there"
+                    .to_owned(),
+            );
+        }
         document.blank();
         if self.request.spectrum {
             document.paragraph(

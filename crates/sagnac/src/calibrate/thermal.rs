@@ -9,12 +9,12 @@ mod text;
 
 use sagnac_calibrate::thermal::{self, Form, Options, Outcome, Sweep};
 use sagnac_core::Sensor;
-use sagnac_log::{Issue, Log};
+use sagnac_log::Issue;
 
 use super::multi_position::{stamps, triad};
 use super::{CertificateTexts, Place, place_gravity};
 use crate::Error;
-use crate::characterize::NamedLog;
+use crate::characterize::{NamedLog, once};
 
 /// What `calibrate thermal` is asked.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,33 +86,6 @@ fn ups(text: &str, logs: usize) -> Result<Vec<(usize, f64)>, Error> {
         )));
     }
     Ok(out)
-}
-
-/// Refuses a log that is given twice: its intervals would be too narrow.
-fn once(logs: &[NamedLog]) -> Result<(), Error> {
-    let same = |a: &Log, b: &Log| {
-        let equal = |a: &[f64], b: &[f64]| {
-            a.len() == b.len() && a.iter().zip(b).all(|(x, y)| x.to_bits() == y.to_bits())
-        };
-        a.columns.len() == b.columns.len()
-            && a.columns.iter().zip(&b.columns).all(|(a, b)| equal(a, b))
-    };
-    for (i, log) in logs.iter().enumerate() {
-        if let Some(other) = logs[..i].iter().find(|other| same(&log.log, &other.log)) {
-            let what = if log.name == other.name {
-                format!("{} is given twice: it would count twice", log.name)
-            } else {
-                format!(
-                    "{} and {} hold the same samples: they would count twice",
-                    other.name, log.name
-                )
-            };
-            return Err(Error::data(what)
-                .at(log.name.clone())
-                .advise("name each log once"));
-        }
-    }
-    Ok(())
 }
 
 /// Estimates curves against temperature from logs of a sensor at rest.
