@@ -672,7 +672,8 @@ fn values_that_a_log_repeats_are_told() {
             let y = own.split(',').nth(1).unwrap();
             out += &format!("{time},{x},{y}\n");
         }
-        told(out).1
+        let outcome = characterize(&[named("held.csv", out)], &Request::default()).unwrap();
+        outcome.document().render(Style::PLAIN)
     };
     let text = held(4);
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -4,7 +4,7 @@
 //! interval, duration, mean, scatter and extremes, exactly, and what follows from them.
 
 use super::channel;
-use super::found::Found;
+use super::found::{Extent, Found};
 use super::listing::Listing;
 use super::moments::Moments;
 use super::{Health, HealthOptions, is_sensor, look, no_numbers, short, sound};
@@ -194,7 +194,7 @@ impl Gathering {
         for f in &mut found {
             f.issue.start_s += late_s;
             f.issue.end_s += late_s;
-            if f.issue.kind == IssueKind::Backwards && back_s > of.health.dt_s {
+            if f.extent == Extent::Jump && back_s > of.health.dt_s {
                 f.issue.start_s += back_s;
                 f.issue.end_s += back_s;
             }

@@ -195,7 +195,7 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap], own_start: usize) -> Vec<F
             end_s: at_s,
             ..issue(IssueKind::Backwards, row, row, 1, text)
         };
-        out.push(Found::event(jump, row..row + 1));
+        out.push(Found::jump(jump, row));
     }
     if clock.beat.dt_s.is_none() && last > 0 && clock.counts(last) {
         let text = "time never advances: the rate that was given counts, nothing is dropped";
