@@ -103,11 +103,13 @@ fn replaces(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The ending of a name where it has one, in small letters, that is none of `known`; what is no file may have any name.
+/// The ending of a name where it has one, in small letters, that is none of `known`; what is no file may have any name, and a
+/// number after a dot is a part of the name.
 fn wrong_ending(path: &Path, known: &[&str]) -> Option<String> {
     let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
     let is_file = fs::metadata(path).map_or(true, |m| m.is_file());
-    (is_file && !known.contains(&ending.as_str())).then_some(ending)
+    let is_ending = ending.chars().any(|c| c.is_ascii_alphabetic());
+    (is_file && is_ending && !known.contains(&ending.as_str())).then_some(ending)
 }
 
 /// One claimed output.

@@ -63,10 +63,13 @@ fn endings_that_belong_to_another_file_are_refused() {
     for line in [
         "characterize good.csv -o plain --report PAGE.HTML",
         "characterize good.csv -o q.TOML",
+        "characterize good.csv -o unit_2.5",
         #[cfg(target_os = "linux")]
         "characterize good.csv -o /dev/null --report /dev/stdout",
     ] {
         said(at, &line.split(' ').collect::<Vec<_>>());
     }
-    assert!(at.join("plain").exists() && at.join("PAGE.HTML").exists());
+    for name in ["plain", "PAGE.HTML", "unit_2.5"] {
+        assert!(at.join(name).exists(), "{name}");
+    }
 }
