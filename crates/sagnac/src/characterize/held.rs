@@ -9,6 +9,8 @@ use std::collections::HashMap;
 
 /// Fewer runs tell nothing.
 const FEWEST_RUNS: usize = 30;
+/// More tell no more: a log that repeats its values does so from the start.
+const MOST_RUNS: usize = 4096;
 /// Sizes of steps that a grid which only looks held does not have.
 const FEWEST_STEPS: usize = 16;
 
@@ -18,6 +20,7 @@ fn held(values: &[f64]) -> Option<usize> {
     for &y in values.iter().filter(|y| y.is_finite()) {
         match runs.last_mut() {
             Some((of, length)) if *of == y => *length += 1,
+            _ if runs.len() == MOST_RUNS => break,
             _ => runs.push((y, 1)),
         }
     }
