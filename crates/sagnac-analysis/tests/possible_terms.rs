@@ -120,10 +120,12 @@ fn a_covariance_lists_detected_terms_alone() {
 #[test]
 fn a_term_that_is_left_out_makes_no_disturbance() {
     let mut seed = 77;
-    let mut options = FitOptions::default();
-    options.candidates = Candidates {
-        white: true,
-        ..Candidates::none()
+    let options = FitOptions {
+        candidates: Candidates {
+            white: true,
+            ..Candidates::none()
+        },
+        ..FitOptions::default()
     };
     for _ in 0..20 {
         let samples = axis(0.0, 0.5, 0.0, &mut seed);
