@@ -18,9 +18,10 @@ const FEWEST_STEPS: usize = 16;
 fn held(values: &[f64]) -> Option<usize> {
     let mut runs: Vec<(f64, usize)> = Vec::new();
     for &y in values.iter().filter(|y| y.is_finite()) {
+        let count = runs.len();
         match runs.last_mut() {
             Some((of, length)) if *of == y => *length += 1,
-            _ if runs.len() == MOST_RUNS => break,
+            _ if count == MOST_RUNS => break,
             _ => runs.push((y, 1)),
         }
     }
