@@ -620,7 +620,7 @@ fn a_counter_that_wraps_is_told_in_whatever_unit_it_was_written() {
 }
 
 #[test]
-fn a_jump_back_that_is_no_wrap_has_its_time_on_a_clock_that_goes_on() {
+fn a_jump_back_that_is_no_wrap_is_cut() {
     // A tenth of a second besides the turn: not the next sample of a counter.
     let log = wrapping(1e-6, 0.1);
     let health = check(&log, &HealthOptions::default()).unwrap();
@@ -631,28 +631,5 @@ fn a_jump_back_that_is_no_wrap_has_its_time_on_a_clock_that_goes_on() {
         .collect();
     assert_eq!(back.len(), 1, "{:?}", health.issues);
     assert!(back[0].text.ends_with("cut here"), "{}", back[0].text);
-    let start_s = back[0].start_s - health.first_s;
-    assert!((start_s - 20.0).abs() < 0.1, "{start_s}");
     assert!((health.duration_s - 60.0).abs() < 0.2);
-
-    // Two jumps back: the second counts on from the first.
-    let mut text = String::from("time [s],gyro_x [rad/s]\n");
-    let mut noise = Noise(3);
-    for k in 0..3000 {
-        let t = f64::from(9 - 3 * (k / 1000)) * 100.0 + f64::from(k % 1000) / RATE;
-        text += &format!("{t},{}\n", noise.next());
-    }
-    let log = read(
-        Source::memory("a.csv", text.into()),
-        &ReadOptions::default(),
-    )
-    .unwrap();
-    let health = check(&log, &HealthOptions::default()).unwrap();
-    let times: Vec<f64> = health
-        .issues
-        .iter()
-        .filter(|i| i.kind == IssueKind::Backwards)
-        .map(|i| ((i.start_s - health.first_s) * RATE).round())
-        .collect();
-    assert_eq!(times, [1000.0, 2000.0]);
 }

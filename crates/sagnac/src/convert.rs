@@ -219,8 +219,8 @@ impl Watch {
                 } else if step < 0.0 {
                     self.push(
                         IssueKind::Backwards,
-                        self.last + self.back_s,
-                        self.last + self.back_s,
+                        t,
+                        t,
                         format!("time goes back by {}", duration(-step)),
                     );
                     // Stamps that scatter may go back by less than an interval.

@@ -301,21 +301,3 @@ fn a_sensor_that_is_carried_about_is_told_to_be() {
     });
     assert!(check(&text).is_moving);
 }
-
-#[test]
-fn time_that_goes_back_is_told_on_a_clock_that_goes_on() {
-    // In the first section, at a border, in a neighbor's rows beside the third, in the last.
-    let jumps = [3000, SECTION, 2 * SECTION - 100, 35_000];
-    let outcome = check(&log(|k, row| {
-        let after = jumps.iter().filter(|j| **j <= k).count();
-        row.0 += 1e6 - 90_000.0 * after as f64;
-        true
-    }));
-    let told: Vec<f64> = outcome
-        .issues
-        .iter()
-        .filter(|i| i.kind == IssueKind::Backwards)
-        .map(|i| ((i.start_s - outcome.first_s) * RATE_HZ).round())
-        .collect();
-    assert_eq!(told, jumps.map(|j| j as f64));
-}

@@ -21,8 +21,6 @@ pub(crate) struct Found {
 pub(crate) enum Extent {
     /// It happens at its last row and belongs to the section that owns that one.
     Event,
-    /// As an event, on a clock that goes on where time goes back.
-    Jump,
     /// All its rows are alike: each section tells of its own.
     Run,
 }
@@ -62,14 +60,6 @@ impl Found {
         }
     }
 
-    /// Time goes back at `row`.
-    pub(crate) fn jump(issue: Issue, row: usize) -> Self {
-        Self {
-            extent: Extent::Jump,
-            ..Self::event(issue, row..row + 1)
-        }
-    }
-
     /// What is the same on all of `rows`.
     pub(crate) fn run(issue: Issue, rows: Range<usize>, said: Said) -> Self {
         Self {
@@ -81,7 +71,7 @@ impl Found {
 
     /// What of it lies in the rows `own`.
     pub(super) fn within(mut self, own: &Range<usize>, clock: &Clock<'_>) -> Option<Self> {
-        if self.extent != Extent::Run {
+        if self.extent == Extent::Event {
             let last = self.rows.end.saturating_sub(1);
             return own.contains(&last).then_some(self);
         }

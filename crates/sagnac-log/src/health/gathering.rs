@@ -4,7 +4,7 @@
 //! interval, duration, mean, scatter and extremes, exactly, and what follows from them.
 
 use super::channel;
-use super::found::{Extent, Found};
+use super::found::Found;
 use super::listing::Listing;
 use super::moments::Moments;
 use super::{Health, HealthOptions, is_sensor, look, no_numbers, short, sound};
@@ -151,8 +151,6 @@ impl Gathering {
             self.stamp_step_s = of.health.stamp_step_s;
             self.channels = vec![Totals::default(); log.columns.len()];
         }
-        // Where time goes back, it is told on a clock that went on where it did before.
-        let back_s = self.ends_s.0 + self.span_s - start_s;
         self.ends_s.1 = end_s;
         self.span_s += of.span_s;
         self.rows += own.len() as u64;
@@ -194,10 +192,6 @@ impl Gathering {
         for f in &mut found {
             f.issue.start_s += late_s;
             f.issue.end_s += late_s;
-            if f.extent == Extent::Jump && back_s > of.health.dt_s {
-                f.issue.start_s += back_s;
-                f.issue.end_s += back_s;
-            }
         }
         self.listing.add(found, of.health.dt_s);
     }

@@ -204,7 +204,7 @@ fn look<'a>(
 ) -> Result<(Health<'a>, Vec<Found>, Clock<'a>), Error> {
     let clock = Clock::of_section(log, known_s)?;
     let dt = clock.dt_s;
-    let mut issues = time::issues(&clock, &clean::gaps(&clock), own.start);
+    let mut issues = time::issues(&clock, &clean::gaps(&clock));
     let grid = clean::Grid::of(&clock);
     let mut channels = Vec::with_capacity(log.columns.len());
     let mut stuck = Vec::with_capacity(log.columns.len());

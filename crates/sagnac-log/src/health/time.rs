@@ -108,8 +108,8 @@ impl<'a> Clock<'a> {
     }
 }
 
-/// The findings about time of a section whose own rows begin at `own_start`; `gaps` says what becomes of each gap.
-pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap], own_start: usize) -> Vec<Found> {
+/// The findings about time; `gaps` says what becomes of each gap.
+pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap]) -> Vec<Found> {
     let mut out = Vec::new();
     let mut gaps = gaps.iter();
     let last = clock.log.rows.saturating_sub(1);
@@ -125,9 +125,6 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap], own_start: usize) -> Vec<F
         let issue = issue(kind, from, to, count, text);
         out.push(Found::event(issue, from..to + 1));
     };
-    // The row after the last jump back, and the time up to it on a clock that goes on there.
-    let (mut start, mut span_s) = (own_start, 0.0);
-    let mut jumps = Vec::new();
     for &(row, event) in &clock.beat.events {
         match event {
             Event::Gap(lost) => {
@@ -157,15 +154,7 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap], own_start: usize) -> Vec<F
             Event::Backwards => {
                 let back = clock.seconds(row - 1) - clock.seconds(row);
                 let text = format!("time goes back by {back:.6} s; cut here");
-                let mut after_s = 0.0;
-                if row > own_start {
-                    after_s = span_s + clock.seconds(row) - clock.seconds(start);
-                    if back > clock.dt_s {
-                        after_s += back + clock.dt_s;
-                        (start, span_s) = (row, after_s);
-                    }
-                }
-                jumps.push((row, clock.absolute(own_start) + after_s.max(0.0), text));
+                push(IssueKind::Backwards, row, row, 1, text);
             }
         }
     }
@@ -188,14 +177,6 @@ pub(super) fn issues(clock: &Clock<'_>, gaps: &[Gap], own_start: usize) -> Vec<F
             row + 1
         );
         push(kind, row, row, 1, text);
-    }
-    for (row, at_s, text) in jumps {
-        let jump = Issue {
-            start_s: at_s,
-            end_s: at_s,
-            ..issue(IssueKind::Backwards, row, row, 1, text)
-        };
-        out.push(Found::jump(jump, row));
     }
     if clock.beat.dt_s.is_none() && last > 0 && clock.counts(last) {
         let text = "time never advances: the rate that was given counts, nothing is dropped";
