@@ -449,7 +449,8 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         let few = coefficients_below_corner(&problem, &best.parameters, k);
         if short || few < 10.0 {
             bounded[k] = true;
-            if !short && (tests.ratios[k] >= NAMED_RATIO || *slow >= CERTAIN_RATIO) {
+            let is_alone = !tests.passed[B + K - k] && tests.gauss_markov == 0;
+            if !short && (tests.ratios[k] >= NAMED_RATIO || is_alone && *slow >= CERTAIN_RATIO) {
                 let name = if k == B {
                     "flicker noise"
                 } else {
