@@ -1,7 +1,9 @@
 //! White noise behind a moving average: its level below the fall of the filter, no lines, nothing said of quantization.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use sagnac_analysis::fit::{AxisData, FindingKind, FitOptions, Segment, Status, estimate};
+mod common;
+
+use sagnac_analysis::fit::{FindingKind, Status};
 
 /// Sum of twelve uniform numbers: Gaussian enough, variance 1.
 fn noise(seed: &mut u64) -> f64 {
@@ -23,18 +25,7 @@ fn a_moving_average_biases_no_white_level_and_makes_no_lines() {
             .windows(length)
             .map(|w| w.iter().sum::<f64>() / length as f64)
             .collect();
-        let segments = [Segment {
-            start_s: 0.0,
-            samples: &samples,
-            filled: &[],
-        }];
-        let data = AxisData {
-            segments: &segments,
-            temperature: None,
-            step_s: 0.01,
-            lsb: None,
-        };
-        let axis = estimate(&data, &FitOptions::default());
+        let axis = common::estimate_of_samples(&samples, 0.01);
         assert!(
             axis.findings
                 .iter()

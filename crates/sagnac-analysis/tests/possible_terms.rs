@@ -5,9 +5,7 @@
 mod common;
 
 use common::noise;
-use sagnac_analysis::fit::{
-    AxisData, AxisEstimate, Candidates, Estimate, FitOptions, Segment, estimate,
-};
+use sagnac_analysis::fit::{AxisEstimate, Candidates, Estimate, FitOptions};
 
 const STEP_S: f64 = 0.02;
 const SAMPLES: usize = 20_000;
@@ -59,22 +57,11 @@ fn intervals_of_a_random_walk_hold_beside_a_line_that_may_be_missed() {
     blind.candidates.ramp = false;
     for _ in 0..axes {
         let samples = axis(0.0, walk, slope, &mut seed);
-        let segments = [Segment {
-            start_s: 0.0,
-            samples: &samples,
-            filled: &[],
-        }];
-        let data = AxisData {
-            segments: &segments,
-            temperature: None,
-            step_s: STEP_S,
-            lsb: None,
+        let walk_of = |options: &FitOptions| {
+            common::estimate_of_samples_with(&samples, STEP_S, options).random_walk
         };
-        held += usize::from(holds(
-            &estimate(&data, &FitOptions::default()).random_walk,
-            walk,
-        ));
-        without += usize::from(holds(&estimate(&data, &blind).random_walk, walk));
+        held += usize::from(holds(&walk_of(&FitOptions::default()), walk));
+        without += usize::from(holds(&walk_of(&blind), walk));
     }
     assert!(100 * held >= 92 * axes, "{held} of {axes}");
     assert!(held > without + 4, "{held}, {without} without a line");
@@ -129,18 +116,7 @@ fn a_term_that_is_left_out_makes_no_disturbance() {
     };
     for _ in 0..20 {
         let samples = axis(0.0, 0.5, 0.0, &mut seed);
-        let segments = [Segment {
-            start_s: 0.0,
-            samples: &samples,
-            filled: &[],
-        }];
-        let data = AxisData {
-            segments: &segments,
-            temperature: None,
-            step_s: STEP_S,
-            lsb: None,
-        };
-        let found = estimate(&data, &options);
+        let found = common::estimate_of_samples_with(&samples, STEP_S, &options);
         assert!(found.regressors.is_empty(), "{:?}", found.regressors);
         assert!(found.p_value.unwrap() < 1e-3 && found.white.is_detected());
         assert!(!found.random_walk.is_detected() && found.random_walk.upper.is_none());

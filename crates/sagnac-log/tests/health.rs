@@ -598,16 +598,17 @@ fn wrapping(unit: f64, jump_s: f64) -> Log {
     .unwrap()
 }
 
+fn jumps_back<'a>(health: &'a Health<'_>) -> Vec<&'a Issue> {
+    let is_jump = |i: &&Issue| i.kind == IssueKind::Backwards;
+    health.issues.iter().filter(is_jump).collect()
+}
+
 #[test]
 fn a_counter_that_wraps_is_told_in_whatever_unit_it_was_written() {
     for (unit, name) in [(1e-6, "1e-6 s (4294.967296 s)"), (1e-3, "1e-3 s")] {
         let log = wrapping(unit, 0.0);
         let health = check(&log, &HealthOptions::default()).unwrap();
-        let back: Vec<&Issue> = health
-            .issues
-            .iter()
-            .filter(|i| i.kind == IssueKind::Backwards)
-            .collect();
+        let back = jumps_back(&health);
         assert_eq!(back.len(), 1, "{:?}", health.issues);
         let text = &back[0].text;
         assert!(text.contains("the counter wraps at 2^32 of "), "{text}");
@@ -624,11 +625,7 @@ fn a_jump_back_that_is_no_wrap_is_cut() {
     // A tenth of a second besides the turn: not the next sample of a counter.
     let log = wrapping(1e-6, 0.1);
     let health = check(&log, &HealthOptions::default()).unwrap();
-    let back: Vec<&Issue> = health
-        .issues
-        .iter()
-        .filter(|i| i.kind == IssueKind::Backwards)
-        .collect();
+    let back = jumps_back(&health);
     assert_eq!(back.len(), 1, "{:?}", health.issues);
     assert!(back[0].text.ends_with("cut here"), "{}", back[0].text);
     assert!((health.duration_s - 60.0).abs() < 0.2);

@@ -277,18 +277,16 @@ impl Watch {
         }
         self.say_more();
         let is_still = self.rows > 1 && self.regular == 0 && self.issues.is_empty();
-        if is_still && layout.has_time && layout.rate_hz.is_none() && self.no_number.0 == 0 {
-            return Err(Error::data("time never advances")
-                .at("time")
-                .advise("add --rate, for instance --rate 100Hz"));
-        }
-        let numbers = self.rows - self.no_number.0;
-        if layout.has_time && layout.rate_hz.is_none() && self.no_number.0 > 0 && numbers < 2 {
-            let what = if numbers == 0 {
-                "no time stamp is a number"
-            } else {
-                "one time stamp alone is a number"
-            };
+        let no_rate = match self.rows - self.no_number.0 {
+            _ if self.no_number.0 == 0 => is_still.then_some("time never advances"),
+            0 => Some("no time stamp is a number"),
+            1 => Some("one time stamp alone is a number"),
+            _ => None,
+        };
+        if let Some(what) = no_rate
+            && layout.has_time
+            && layout.rate_hz.is_none()
+        {
             return Err(Error::data(what)
                 .at("time")
                 .advise("add --rate, for instance --rate 100Hz"));

@@ -19,7 +19,7 @@ mod sections;
 mod text;
 
 use sagnac_log::health::{self, ChannelHealth, Health, HealthOptions};
-use sagnac_log::{Issue, IssueKind, Layout, Log, LogReader, Sections};
+use sagnac_log::{Channel, Issue, IssueKind, Layout, Log, LogReader, Sections};
 use sagnac_report::text::Document;
 use serde_json::{Value, json};
 
@@ -81,6 +81,20 @@ pub struct ChannelInfo {
     pub max: f64,
     /// Step of the values' grid.
     pub lsb: Option<f64>,
+}
+
+impl ChannelInfo {
+    fn new(channel: &Channel, [mean, std, min, max]: [f64; 4], lsb: Option<f64>) -> Self {
+        Self {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            mean,
+            std,
+            min,
+            max,
+            lsb,
+        }
+    }
 }
 
 /// Says what is in the log that `reader` gives.
@@ -148,16 +162,8 @@ fn of_whole(log: &Log, request: &InfoRequest) -> Result<InfoOutcome, Error> {
                 |i: &&Issue| i.kind == IssueKind::Stuck && i.channel.as_deref() == Some(&c.name);
             // What a stuck sensor says is left out of the numbers, as the finding says.
             let sound = health.issues.iter().find(is_stuck).and_then(|_| sound(h));
-            let [mean, std, min, max] = sound.unwrap_or([h.mean, h.std, h.min, h.max]);
-            ChannelInfo {
-                name: c.name.clone(),
-                unit: c.unit.clone(),
-                mean,
-                std,
-                min,
-                max,
-                lsb: h.lsb,
-            }
+            let numbers = sound.unwrap_or([h.mean, h.std, h.min, h.max]);
+            ChannelInfo::new(c, numbers, h.lsb)
         })
         .collect();
     let mut layout = log.layout.clone();

@@ -141,10 +141,7 @@ fn nothing(data: &AxisData<'_>, text: &str) -> AxisEstimate {
         flicker: Estimate::ABSENT,
         random_walk: Estimate::ABSENT,
         ramp: Estimate::ABSENT,
-        gauss_markov: vec![GaussMarkovEstimate {
-            sigma: Estimate::ABSENT,
-            correlation_time_s: Estimate::ABSENT,
-        }],
+        gauss_markov: vec![GaussMarkovEstimate::ABSENT],
         sinusoids: Vec::new(),
         confused: Vec::new(),
         regressors: Vec::new(),
@@ -473,12 +470,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
         }
     }
 
-    let allowed = [
-        candidates.quantization,
-        candidates.white,
-        candidates.flicker,
-        candidates.random_walk,
-    ];
+    let allowed = candidates.singles();
     let mut covariance = profile::covariance(&problem, &best, &free);
     let quantization = cumulant::apply(
         &mut covariance,
@@ -498,10 +490,7 @@ fn conclude(data: &AxisData<'_>, options: &FitOptions, prepared: Prepared) -> Ax
     };
     let mut single = tested.singles(allowed, bounded, quantization);
     let mut gauss_markov = if options.candidates.gauss_markov == 0 || short && work.samples < 160 {
-        vec![GaussMarkovEstimate {
-            sigma: Estimate::ABSENT,
-            correlation_time_s: Estimate::ABSENT,
-        }]
+        vec![GaussMarkovEstimate::ABSENT]
     } else {
         gauss_markov_estimates(&tested)
     };

@@ -92,12 +92,6 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         samples,
     );
     let alternative = tests.alternative(&problem, &candidates);
-    let allowed = [
-        candidates.quantization,
-        candidates.white,
-        candidates.flicker,
-        candidates.random_walk,
-    ];
     let tested = Tested {
         problem: &problem,
         tests: &tests,
@@ -107,12 +101,9 @@ pub fn estimate_pooled(logs: &[AxisData<'_>], options: &FitOptions) -> Option<Po
         alternative: alternative.as_ref(),
         units: &units,
     };
-    let mut single = tested.singles(allowed, [false; 4], quantization);
+    let mut single = tested.singles(candidates.singles(), [false; 4], quantization);
     let mut gauss_markov = if candidates.gauss_markov == 0 {
-        vec![GaussMarkovEstimate {
-            sigma: Estimate::ABSENT,
-            correlation_time_s: Estimate::ABSENT,
-        }]
+        vec![GaussMarkovEstimate::ABSENT]
     } else {
         gauss_markov_estimates(&tested)
     };

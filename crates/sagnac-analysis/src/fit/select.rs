@@ -94,10 +94,7 @@ pub(crate) struct Tests {
 /// The single terms of the candidates as free parameters.
 pub(crate) fn free_singles(candidates: &Candidates) -> Free {
     let mut free = [false; PARAMETERS];
-    free[Q] = candidates.quantization;
-    free[N] = candidates.white;
-    free[B] = candidates.flicker;
-    free[K] = candidates.random_walk;
+    free[..4].copy_from_slice(&candidates.singles());
     if !free[..4].iter().any(|&f| f) {
         // A likelihood needs one term that has power everywhere.
         free[N] = true;
@@ -239,12 +236,7 @@ pub(crate) fn test(
     grown: (Solution, Free, usize),
 ) -> Tests {
     let (mut full, full_free, gauss_markov) = grown;
-    let tested = [
-        candidates.quantization,
-        candidates.white,
-        candidates.flicker,
-        candidates.random_walk,
-    ];
+    let tested = candidates.singles();
     let mut reduced: [Option<Solution>; 4] = [None, None, None, None];
     for k in 0..4 {
         if !tested[k] {

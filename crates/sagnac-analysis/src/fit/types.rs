@@ -101,6 +101,16 @@ impl Default for Candidates {
 }
 
 impl Candidates {
+    /// Q, N, B and K.
+    pub(super) fn singles(&self) -> [bool; 4] {
+        [
+            self.quantization,
+            self.white,
+            self.flicker,
+            self.random_walk,
+        ]
+    }
+
     /// No term at all, to be filled term by term.
     pub fn none() -> Self {
         Self {
@@ -215,6 +225,14 @@ pub struct GaussMarkovEstimate {
     pub sigma: Estimate,
     /// Correlation time.
     pub correlation_time_s: Estimate,
+}
+
+impl GaussMarkovEstimate {
+    /// Not looked for.
+    pub const ABSENT: Self = Self {
+        sigma: Estimate::ABSENT,
+        correlation_time_s: Estimate::ABSENT,
+    };
 }
 
 /// A spectral line: amplitude [unit of the axis] and frequency.

@@ -8,23 +8,36 @@ use std::path::{Path, PathBuf};
 
 /// The estimate of an axis of segments, without temperature and steps of values.
 pub(crate) fn estimate_of(segments: &[Segment<'_>], step_s: f64) -> AxisEstimate {
+    estimate_with(segments, step_s, &FitOptions::default())
+}
+
+fn estimate_with(segments: &[Segment<'_>], step_s: f64, options: &FitOptions) -> AxisEstimate {
     let data = AxisData {
         segments,
         temperature: None,
         step_s,
         lsb: None,
     };
-    estimate(&data, &FitOptions::default())
+    estimate(&data, options)
 }
 
 /// The same of one stretch of samples.
 pub(crate) fn estimate_of_samples(samples: &[f64], step_s: f64) -> AxisEstimate {
+    estimate_of_samples_with(samples, step_s, &FitOptions::default())
+}
+
+/// The same with these options.
+pub(crate) fn estimate_of_samples_with(
+    samples: &[f64],
+    step_s: f64,
+    options: &FitOptions,
+) -> AxisEstimate {
     let whole = Segment {
         start_s: 0.0,
         samples,
         filled: &[],
     };
-    estimate_of(&[whole], step_s)
+    estimate_with(&[whole], step_s, options)
 }
 
 /// Sum of four uniform numbers: Gaussian enough, variance 1.

@@ -126,10 +126,7 @@ fn axis(axis: &AxisOutcome) -> Value {
             in_dimension(&e, dimension_of(sensor, term)),
         );
     }
-    let absent = [GaussMarkovEstimate {
-        sigma: Estimate::ABSENT,
-        correlation_time_s: Estimate::ABSENT,
-    }];
+    let absent = [GaussMarkovEstimate::ABSENT];
     let list = estimate.map_or(absent.as_slice(), |e| e.gauss_markov.as_slice());
     terms.insert("gauss_markov".into(), markov(list, sensor));
     let lines: Vec<Value> = estimate

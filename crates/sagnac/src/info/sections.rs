@@ -81,15 +81,7 @@ impl Course {
         issues.sort_by_key(|a| a.kind.is_note());
         let channels = self.layout.channels.iter().zip(told.channels);
         let channels = channels
-            .map(|(c, ([mean, std, min, max], lsb))| ChannelInfo {
-                name: c.name.clone(),
-                unit: c.unit.clone(),
-                mean,
-                std,
-                min,
-                max,
-                lsb,
-            })
+            .map(|(c, (numbers, lsb))| ChannelInfo::new(c, numbers, lsb))
             .collect();
         self.layout.notes.extend(told.notes);
         Ok(InfoOutcome {
